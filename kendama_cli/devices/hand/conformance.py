@@ -14,17 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.devices.hand.interface import HandDevice
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.interface import Demonstrator
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from kendama_cli.motion.sampling import step_s
 
-OpenHands = Callable[[], Sequence[HandDevice]]
+OpenDemonstrators = Callable[[], Sequence[Demonstrator]]
 
 RATE_SHARE = 0.05
 """By so much the median rate of the samples may differ from the one that a live device states."""
 
 
-def check_names(opened: OpenHands) -> None:
+def check_names(opened: OpenDemonstrators) -> None:
     """Check that there is at least one hand, each with a name of its own, which names its demonstration."""
     hands = opened()
     names = [hand.name for hand in hands]
@@ -33,7 +33,7 @@ def check_names(opened: OpenHands) -> None:
     _law(all(names) and len(set(names)) == len(names), f"every hand has a name of its own (are {names})")
 
 
-def check_time(opened: OpenHands) -> None:
+def check_time(opened: OpenDemonstrators) -> None:
     """Check that samples begin at time 0 and rise, at about the rate that the hand states."""
     for hand in opened():
         t_s = np.array([sample.t_s for sample in hand.samples()])
@@ -45,7 +45,7 @@ def check_time(opened: OpenHands) -> None:
         _law(abs(rate_hz / hand.rate_hz - 1) < RATE_SHARE, f"'{hand.name}' comes at its rate (is {rate_hz:.1f} Hz)")
 
 
-def check_poses(opened: OpenHands) -> None:
+def check_poses(opened: OpenDemonstrators) -> None:
     """Check that positions are finite, in metres, rotations unit quaternions, and most of the swing is tracked."""
     for hand in opened():
         samples = list(hand.samples())
@@ -58,7 +58,7 @@ def check_poses(opened: OpenHands) -> None:
         _law(2 * sum(sample.tracked for sample in samples) > len(samples), f"most samples of '{hand.name}' are tracked")
 
 
-def check_close(opened: OpenHands) -> None:
+def check_close(opened: OpenDemonstrators) -> None:
     """Check that a force may be rendered to any hand, and that closing twice is as good as once."""
     hands = opened()
     for hand in hands:
@@ -70,24 +70,24 @@ def check_close(opened: OpenHands) -> None:
 CHECKS = (check_names, check_time, check_poses, check_close)
 
 
-def subject(configuration: Mapping[str, Any], folder: Path) -> OpenHands:
+def subject(configuration: Mapping[str, Any], folder: Path) -> OpenDemonstrators:
     """Open the hands of ``capture``; what a live one records for the laws goes to ``folder``."""
     capture = configuration["capture"]
     if not hasattr(capture, "record"):
-        return lambda: open_hands(capture)
+        return lambda: open_demonstrators(capture)
     # a recording is never overwritten, and every law records anew
     places = (folder / f"{number}-{Path(capture.record).name}" for number in itertools.count())
-    return lambda: open_hands(dataclasses.replace(capture, record=str(next(places))))
+    return lambda: open_demonstrators(dataclasses.replace(capture, record=str(next(places))))
 
 
 def test_the_hands_keep_the_law(
-    law: Callable[[OpenHands], None], configuration: Mapping[str, Any], tmp_path: Path
+    law: Callable[[OpenDemonstrators], None], configuration: Mapping[str, Any], tmp_path: Path
 ) -> None:
     """Run by kendama_cli/conformance.py for every law."""
     law(subject(configuration, tmp_path))
 
 
-def _close(hands: Sequence[HandDevice]) -> None:
+def _close(hands: Sequence[Demonstrator]) -> None:
     for hand in hands:
         hand.close()
 

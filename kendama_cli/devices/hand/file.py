@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.devices.hand.axes import mirror_problem, parity
-from kendama_cli.devices.hand.interface import HandSample
+from kendama_cli.devices.hand.interface import DemonstratorSample
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import FileCapture
@@ -32,7 +32,7 @@ USUAL_TOPIC = "/capture/cup"
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-class RecordedHand:
+class RecordedDemonstrator:
     """One recorded swing behind the hand's interface; where a recording holds places only the cup is upright."""
 
     def __init__(self, name: str, recording: Recording) -> None:
@@ -41,12 +41,12 @@ class RecordedHand:
         self.warnings, self.origin = recording.warnings, recording.origin
         self._recording = recording
 
-    def samples(self) -> Iterator[HandSample]:
+    def samples(self) -> Iterator[DemonstratorSample]:
         """Yield every sample of the recording."""
         recording = self._recording
         turns = [UPRIGHT] * len(recording.t_s) if recording.rotation_wxyz is None else recording.rotation_wxyz
         for t_s, position_m, rotation in zip(recording.t_s, recording.position_m, turns, strict=True):
-            yield HandSample(float(t_s), position_m, rotation, tracked=True)
+            yield DemonstratorSample(float(t_s), position_m, rotation, tracked=True)
 
     def render_force(self, force_n: Array) -> None:
         """Ignore the force: a recording feels nothing."""
@@ -55,7 +55,7 @@ class RecordedHand:
         """Do nothing: nothing is held."""
 
 
-def open_files(settings: FileCapture) -> Sequence[RecordedHand]:
+def open_files(settings: FileCapture) -> Sequence[RecordedDemonstrator]:
     """Open a demonstrator for every recording that the settings name, in their order; raises as ``recordings_of``."""
     return hands_of(recordings_of(settings))
 
@@ -97,7 +97,7 @@ def _signed(recording: Recording, settings: FileCapture) -> Recording:
     return replace(made, rotation_wxyz=mapped(recording.rotation_wxyz, np.diag(signs), mirror))
 
 
-def hands_of(recordings: Sequence[Recording]) -> tuple[RecordedHand, ...]:
+def hands_of(recordings: Sequence[Recording]) -> tuple[RecordedDemonstrator, ...]:
     """Make a demonstrator for every recording; names that repeat are numbered."""
     names = Counter(recording.name for recording in recordings)
     seen: Counter[str] = Counter()
@@ -106,7 +106,7 @@ def hands_of(recordings: Sequence[Recording]) -> tuple[RecordedHand, ...]:
         seen[recording.name] += 1
         repeated = names[recording.name] > 1
         hands.append(
-            RecordedHand(f"{recording.name}-{seen[recording.name]}" if repeated else recording.name, recording)
+            RecordedDemonstrator(f"{recording.name}-{seen[recording.name]}" if repeated else recording.name, recording)
         )
     return tuple(hands)
 

@@ -10,7 +10,7 @@ from kendama_cli.schema.arrays import Array, array
 
 
 @dataclass(frozen=True)
-class HandSample:
+class DemonstratorSample:
     """The cup at ``t_s`` after the swing's first sample; where ``tracked`` is false the pose is the last one seen.
 
     ``position_m`` (3,), ``rotation_wxyz`` (4,) a unit quaternion; z points up, x lies in the swing plane.
@@ -26,7 +26,7 @@ class HandSample:
         object.__setattr__(self, "rotation_wxyz", array("rotation_wxyz", self.rotation_wxyz, (4,)))
 
 
-class HandDevice(Protocol):
+class Demonstrator(Protocol):
     """One swing of a hand; ``name`` is what the demonstration is called.
 
     It may also have ``warnings``, a tuple of sentences about what is suspicious in it but possible: capture tells them.
@@ -35,7 +35,7 @@ class HandDevice(Protocol):
     name: str
     rate_hz: float
 
-    def samples(self) -> Iterator[HandSample]:
+    def samples(self) -> Iterator[DemonstratorSample]:
         """Yield the swing from first to last sample, in the order of time; raises InputError or HardwareError."""
 
     def render_force(self, force_n: Array) -> None:

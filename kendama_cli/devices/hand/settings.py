@@ -15,7 +15,7 @@ Column = int | str | None
 FARTHEST_M = 50.0
 """No tracker of hands sees so far: places beyond are in another unit."""
 TIMES = "even: stamps that stray from a steady rate by less than 50 ms are put there; stamps: as they are"
-HANDS = Registry("kendama.demonstrators", "demonstrator")
+DEMONSTRATORS = Registry("kendama.demonstrators", "demonstrator")
 
 
 @dataclass(frozen=True)
@@ -127,5 +127,5 @@ class CaptureSettingsNode(Protocol):
         """The name under which the hand is registered."""
 
 
-CaptureSettings = Annotated[CaptureSettingsNode, HANDS]
+CaptureSettings = Annotated[CaptureSettingsNode, DEMONSTRATORS]
 """The node ``capture``: settings of any registered hand."""

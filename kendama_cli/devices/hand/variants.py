@@ -1,6 +1,6 @@
 """The hands that come with kendama, as declarations for the entry point group ``kendama.demonstrators``.
 
-``makes`` is called with the hand's settings and gives a sequence of HandDevice, one per demonstration, in order.
+``makes`` is called with its settings and gives a sequence of Demonstrator, one per demonstration, in order.
 Where the settings have ``streams: ClassVar[bool] = True`` it is called with a second argument, the Tell that shows who
 watches how the stream comes (see live_figures).
 """

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.camera.film import Film
-from kendama_cli.devices.hand.file import RecordedHand, hands_of
+from kendama_cli.devices.hand.file import RecordedDemonstrator, hands_of
 from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.errors import ConfigError, InputError
@@ -30,12 +30,12 @@ FEWEST_SEEN = 10
 DOUBTFUL_SHARE = 0.9
 
 
-def open_marker(settings: MarkerCapture) -> Sequence[RecordedHand]:
+def open_marker(settings: MarkerCapture) -> Sequence[RecordedDemonstrator]:
     """Open a demonstrator for every swing in the films; raises InputError if the marker of one cannot be followed."""
     return films_of((settings.path,) if isinstance(settings.path, str) else settings.path or (), settings)
 
 
-def films_of(paths: Sequence[str], settings: MarkerSettings) -> Sequence[RecordedHand]:
+def films_of(paths: Sequence[str], settings: MarkerSettings) -> Sequence[RecordedDemonstrator]:
     """Return a demonstrator for every swing in the films."""
     recordings: list[Recording] = []
     for path in paths:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import cv2
 
-from kendama_cli.devices.hand.file import RecordedHand
+from kendama_cli.devices.hand.file import RecordedDemonstrator
 from kendama_cli.devices.streams.live_figures import LiveFigures, Tell
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.plugins.marker.films import FEWEST_SEEN, films_of
@@ -20,7 +20,7 @@ SLOW_SHARE = 0.9
 """A camera that gives fewer of the frames that it says has wrong times: it is slow in the dark, say."""
 
 
-def open_marker_live(settings: MarkerLiveCapture, tell: Tell) -> Sequence[RecordedHand]:
+def open_marker_live(settings: MarkerLiveCapture, tell: Tell) -> Sequence[RecordedDemonstrator]:
     """Open a demonstrator for every swing in the film; ``tell`` reports the images as they come.
 
     Raises HardwareError for a camera that is not there or goes away at once.

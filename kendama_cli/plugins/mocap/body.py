@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from kendama_cli.devices.hand.axes import determinant, mirror_problem, to_ours
-from kendama_cli.devices.hand.file import RecordedHand, hands_of
+from kendama_cli.devices.hand.file import RecordedDemonstrator, hands_of
 from kendama_cli.devices.hand.recording import Recording, unit_rotations
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.tidy import tidied
@@ -35,7 +35,7 @@ CAUGHT_SHARE = 0.5
 """At the end the ball is above where it hung by more than this share of the hanging length, and stays."""
 
 
-def open_bodies(settings: BodyCapture) -> Sequence[RecordedHand]:
+def open_bodies(settings: BodyCapture) -> Sequence[RecordedDemonstrator]:
     """Open a demonstrator for every swing of the body in every file; raises InputError for a file that lacks it."""
     recordings: list[Recording] = []
     for path in (settings.path,) if isinstance(settings.path, str) else settings.path or ():

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.devices.hand.file import RecordedHand, hands_of
+from kendama_cli.devices.hand.file import RecordedDemonstrator, hands_of
 from kendama_cli.devices.hand.segments import checked_swings
 from kendama_cli.devices.hand.settings import FARTHEST_M
 from kendama_cli.devices.recordings.reader import read_bodies
@@ -29,7 +29,7 @@ CLOCK_APART_S = 1.0
 """So is a clock that differs from ours by more; a network's delay does not."""
 
 
-def open_mocap(settings: MocapCapture, tell: Tell) -> Sequence[RecordedHand]:
+def open_mocap(settings: MocapCapture, tell: Tell) -> Sequence[RecordedDemonstrator]:
     """Open a demonstrator for every swing in the stream of ``settings.seconds``; ``tell`` reports poses on arrival.
 
     Raises HardwareError where the server is not there, goes away or does not have the body, ConfigError for a unit that

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.artifacts.demonstration import Demonstration, DemonstrationSet
-from kendama_cli.devices.hand.interface import HandDevice
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.interface import Demonstrator
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from kendama_cli.devices.hand.settings import CaptureSettings
 from kendama_cli.motion.sampling import step_s
 from kendama_cli.schema.foxglove import FrameTransform
@@ -29,7 +29,7 @@ class Capture:
 
         Raises InputError for a recording that cannot be used, MissingPartError for a device that is not there.
         """
-        hands = open_hands(self._settings, ctx.progress)
+        hands = open_demonstrators(self._settings, ctx.progress)
         demonstrations: list[Demonstration] = []
         warnings: list[str] = []
         for hand in hands:
@@ -51,7 +51,7 @@ class Capture:
         )
 
 
-def _record(hand: HandDevice, ctx: StageContext) -> Demonstration:
+def _record(hand: Demonstrator, ctx: StageContext) -> Demonstration:
     try:
         samples = list(hand.samples())
     finally:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from kendama_cli.devices.hand.conformance import CHECKS
-from kendama_cli.devices.hand.file import RecordedHand
-from kendama_cli.devices.hand.interface import HandSample
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.file import RecordedDemonstrator
+from kendama_cli.devices.hand.interface import DemonstratorSample
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from tests.devices.hand.files import csv_lines, file_settings, write
 from tests.devices.hand.test_mcap_log import P, T, write_mcap
 
@@ -14,8 +14,10 @@ from tests.devices.hand.test_mcap_log import P, T, write_mcap
 @pytest.fixture(params=["text", "mcap"])
 def hands(request, tmp_path):
     if request.param == "text":
-        return open_hands(file_settings([write(tmp_path / f"{name}.csv", csv_lines()) for name in "ab"]))
-    return open_hands(file_settings(write_mcap(tmp_path / "a.mcap", {"/capture/cup": {"a": (T, P), "b": (T, P)}})))
+        return open_demonstrators(file_settings([write(tmp_path / f"{name}.csv", csv_lines()) for name in "ab"]))
+    return open_demonstrators(
+        file_settings(write_mcap(tmp_path / "a.mcap", {"/capture/cup": {"a": (T, P), "b": (T, P)}}))
+    )
 
 
 def test_each_demonstration_is_a_hand_with_a_name(hands):
@@ -32,7 +34,7 @@ def _check_all(subject):
         check(subject)
 
 
-class _Wrong(RecordedHand):
+class _Wrong(RecordedDemonstrator):
     """A recorded hand with one fault."""
 
     def __init__(self, right, fault):
@@ -44,7 +46,7 @@ class _Wrong(RecordedHand):
         scale = {"millimetres": 1e3}.get(self.fault, 1.0)
         for one in super().samples():
             turn = one.rotation_wxyz * (2.0 if self.fault == "long quaternion" else 1.0)
-            yield HandSample(one.t_s + late, scale * one.position_m, turn, self.fault != "lost")
+            yield DemonstratorSample(one.t_s + late, scale * one.position_m, turn, self.fault != "lost")
 
 
 @pytest.mark.parametrize(
@@ -77,4 +79,4 @@ def test_equal_file_names_are_told_apart(tmp_path):
         (tmp_path / folder).mkdir()
         write(tmp_path / folder / "swing.csv", csv_lines())
     paths = sorted(tmp_path.glob("*/swing.csv"))
-    assert [hand.name for hand in open_hands(file_settings(paths))] == ["swing-1", "swing-2"]
+    assert [hand.name for hand in open_demonstrators(file_settings(paths))] == ["swing-1", "swing-2"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from kendama_cli.errors import ConfigError, HardwareError, InputError
 from kendama_cli.plugins.marker.settings import MarkerCapture, MarkerLiveCapture
 from kendama_cli.schema.settings import build
@@ -44,7 +44,7 @@ def film(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def followed(film):
-    (hand,) = open_hands(settings(film))
+    (hand,) = open_demonstrators(settings(film))
     return hand
 
 
@@ -64,7 +64,9 @@ def test_a_filmed_swing_is_followed_through_blur_and_a_gap(followed):
 
 
 def test_lengths_and_times_follow_the_declared_size_and_rate(film, followed):
-    (hand,) = open_hands(settings(film, size_m=0.05, rate_hz=2 * RATE_HZ, plausible={**PLAUSIBLE, "axes": "off"}))
+    (hand,) = open_demonstrators(
+        settings(film, size_m=0.05, rate_hz=2 * RATE_HZ, plausible={**PLAUSIBLE, "axes": "off"})
+    )
     sizes = [np.ptp([one.position_m for one in one.samples()], axis=0) for one in (followed, hand)]
     assert sizes[1] == pytest.approx(1.25 * sizes[0], rel=0.05)
     assert hand.rate_hz == pytest.approx(2 * RATE_HZ)
@@ -74,22 +76,22 @@ def test_lengths_and_times_follow_the_declared_size_and_rate(film, followed):
 def test_a_long_gap_is_told_with_its_place(tmp_path):
     path = write_film(tmp_path / "a.avi", *motion(), rate_hz=10.0, exposure_s=0.001, hidden=range(10, 14))
     with pytest.raises(InputError, match=r"frame at 0\.90 s: the marker is not seen for 0\.50 s; allowed: 0\.12 s"):
-        open_hands(settings(path))
+        open_demonstrators(settings(path))
 
 
 def test_another_marker_is_not_taken_for_it(tmp_path):
     t_s, place_m, turns = motion()
     short = write_film(tmp_path / "a.avi", t_s[:40], place_m[:40], turns[:40], rate_hz=10.0, exposure_s=0.001)
     with pytest.raises(InputError, match=r"marker 1 of 4x4_50 is seen in 0 of 3 frames"):
-        open_hands(settings(short, number=1))
+        open_demonstrators(settings(short, number=1))
 
 
 def test_what_is_no_film_is_told(tmp_path):
     (tmp_path / "a.mp4").write_bytes(b"no film")
     with pytest.raises(InputError, match="OpenCV cannot read it as a film"):
-        open_hands(settings(tmp_path / "a.mp4"))
+        open_demonstrators(settings(tmp_path / "a.mp4"))
     with pytest.raises(InputError, match="no such file"):
-        open_hands(settings(tmp_path / "b.mp4"))
+        open_demonstrators(settings(tmp_path / "b.mp4"))
 
 
 def test_without_a_lens_lengths_cannot_be_known():
@@ -100,20 +102,20 @@ def test_without_a_lens_lengths_cannot_be_known():
 def test_a_device_is_recorded_and_its_film_kept_and_never_overwritten(film, tmp_path):
     record = tmp_path / "kept.avi"
     live = settings(None, "marker_live", device=str(film), record=str(record), seconds=120.0)
-    (hand,) = open_hands(live)
+    (hand,) = open_demonstrators(live)
     kept = cv2.VideoCapture(str(record))
     count = round(cv2.VideoCapture(str(film)).get(cv2.CAP_PROP_FRAME_COUNT))
     assert kept.get(cv2.CAP_PROP_FRAME_COUNT) == count
     assert hand.name == "kept"
     assert any(f"went away after {count} frames; what came before is kept in {record}" in one for one in hand.warnings)
     with pytest.raises(ConfigError, match="which exists; a recording is never overwritten"):
-        open_hands(live)
+        open_demonstrators(live)
 
 
 def test_a_camera_that_is_not_there(tmp_path):
     live = settings(None, "marker_live", device=str(tmp_path / "none.avi"), record=str(tmp_path / "b.avi"))
     with pytest.raises(HardwareError, match=r"is not there; look at capture\.device"):
-        open_hands(live)
+        open_demonstrators(live)
 
 
 def test_a_camera_that_is_slower_than_it_says_is_told_and_its_true_rate_taken(film, tmp_path, monkeypatch):
@@ -121,6 +123,6 @@ def test_a_camera_that_is_slower_than_it_says_is_told_and_its_true_rate_taken(fi
     reads = itertools.count()
     monkeypatch.setattr("kendama_cli.plugins.marker.live.time.monotonic", lambda: next(reads) / 2 / 25)
     own = {"device": str(film), "record": str(tmp_path / "a.avi"), "seconds": 120.0, "max_gap_s": 0.2}
-    (hand,) = open_hands(settings(None, "marker_live", **own))
+    (hand,) = open_demonstrators(settings(None, "marker_live", **own))
     assert any("gave 25.0 frames a second where it says 30: the former are taken" in one for one in hand.warnings)
     assert hand.rate_hz == pytest.approx(25.0, rel=0.01)

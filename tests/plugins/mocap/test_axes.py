@@ -9,7 +9,7 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.devices.hand.file import open_files
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.plugins.mocap.settings import MocapCapture
 from kendama_cli.schema.settings import build
@@ -95,19 +95,19 @@ def test_a_body_of_a_left_handed_tracker_is_mirrored_whole(tmp_path):
         lines.append(",".join([str(i), f"{t:.6f}", *(f"{value:.8f}" for value in (*q, *p)), "", "", ""]))
     write(path, lines)
     given = {**MIRRORED, "body": "cup", "body_to_cup_m": [0.1, 0.0, 0.0], "upright": "given"}
-    (hand,) = open_hands(settings(path, **given, handedness="left"))
+    (hand,) = open_demonstrators(settings(path, **given, handedness="left"))
     samples = list(hand.samples())
     assert np.array([one.position_m for one in samples]) == pytest.approx(P, abs=1e-6)
     made = Rotation.from_quat([one.rotation_wxyz for one in samples], scalar_first=True)
     assert (made.inv() * TURNS).magnitude().max() < 1e-6
     with pytest.raises(InputError, match=r"capture\.axes is \['x', 'z', 'y'\], which mirrors the space"):
-        open_hands(settings(path, **given))
+        open_demonstrators(settings(path, **given))
 
 
 def test_a_marker_without_orientation_may_be_mirrored(tmp_path):
     path = write(tmp_path / "a.csv", ["t_s,x_m,y_m,z_m", *(f"{t:.3f},{x:.6f},{z:.6f},{y:.6f}" for t, (x, y, z) in
                                                            zip(T, P, strict=True))])  # fmt: skip
-    (hand,) = open_hands(settings(path, **MIRRORED))
+    (hand,) = open_demonstrators(settings(path, **MIRRORED))
     assert np.array([one.position_m for one in hand.samples()]) == pytest.approx(P, abs=1e-6)
 
 

@@ -10,7 +10,7 @@ import yaml
 from mcap.writer import Writer as McapWriter
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.pipeline.code import FileIndex
 from kendama_cli.pipeline.inputs import file_contents, resolve_files
@@ -56,7 +56,7 @@ def motive(path, t_s, place_m, turns, gap=()):
 
 
 def read(path, **changes):
-    (hand,) = open_hands(settings(path, **changes))
+    (hand,) = open_demonstrators(settings(path, **changes))
     samples = list(hand.samples())
     return (
         np.array([one.t_s for one in samples]),
@@ -79,15 +79,15 @@ def test_a_rigid_body_of_motive_gives_place_and_tilt_in_our_axes(tmp_path):
 def test_a_long_gap_is_told(tmp_path):
     path = motive(tmp_path / "a.csv", *motion(), gap=range(50, 70))
     with pytest.raises(InputError, match=r"0\.490 s: 'cup' is not seen for 0\.21 s; allowed: 0\.12 s"):
-        open_hands(settings(path, body="cup", axes=["x", "-z", "y"]))
+        open_demonstrators(settings(path, body="cup", axes=["x", "-z", "y"]))
 
 
 def test_an_unknown_body_is_told_with_those_that_are_there(tmp_path):
     path = motive(tmp_path / "a.csv", *motion())
     with pytest.raises(InputError, match=r"no 'hand'; it has 'cup', 'ball'; set capture\.body to one of them"):
-        open_hands(settings(path, body="hand"))
+        open_demonstrators(settings(path, body="hand"))
     with pytest.raises(InputError, match="2 bodies and markers; it has 'cup', 'ball'"):
-        open_hands(settings(path))
+        open_demonstrators(settings(path))
 
 
 def qualisys(path, t_s, place_m, turns):
@@ -175,7 +175,7 @@ def test_poses_of_a_ros_2_bag_keep_their_own_stamps(tmp_path, monkeypatch, halve
     folder = bags[0].rename(tmp_path / "bag") if halves == 1 else split(tmp_path / "bag", bags)
     monkeypatch.chdir(tmp_path)
     capture = resolve_files(settings("bag"), "capture", [tmp_path])  # as the command line finds it
-    assert [hand.name for hand in open_hands(capture)] == ["bag"]
+    assert [hand.name for hand in open_demonstrators(capture)] == ["bag"]
     made_s, made_m, made = read(capture.path[0])
     assert made_s == pytest.approx(t_s, abs=1e-6)
     assert made_m == pytest.approx(place_m, abs=1e-9)
@@ -192,7 +192,7 @@ def test_a_bag_without_poses_lists_its_topics(tmp_path):
         text = store.serialize_cdr(store.types["std_msgs/msg/String"](data="a"), "std_msgs/msg/String")
         bag.write(link, 1, text)
     with pytest.raises(InputError, match=r"no poses or transforms; its topics: /chatter \(std_msgs/msg/String, 1\)"):
-        open_hands(settings(tmp_path / "bag" / "metadata.yaml"))
+        open_demonstrators(settings(tmp_path / "bag" / "metadata.yaml"))
 
 
 def test_a_bag_that_was_never_closed_is_called_so(tmp_path):
@@ -252,16 +252,16 @@ def with_ball(path, ends, up=1.0):
 
 def test_catches_are_told_from_misses_where_the_ball_is_there(tmp_path):
     path = with_ball(tmp_path / "a.tsv", [0.05, -0.4, 0.05])
-    hands = open_hands(settings(path, body="cup", ball="ball"))
+    hands = open_demonstrators(settings(path, body="cup", ball="ball"))
     assert [hand.name for hand in hands] == ["a-1", "a-3"]
     assert "left out, the ball was not caught: a-2 (capture.misses=keep)" in hands[0].warnings
-    assert len(open_hands(settings(path, body="cup", ball="ball", misses="keep"))) == 3
+    assert len(open_demonstrators(settings(path, body="cup", ball="ball", misses="keep"))) == 3
 
 
 def test_a_ball_that_hangs_upward_tells_gravitys_sense(tmp_path):
     path = with_ball(tmp_path / "a.tsv", [0.05], up=-1.0)
     with pytest.raises(InputError, match=r"the ball hangs at rest 0\.40 m toward \+z, 180 deg from -z: -z points up"):
-        open_hands(settings(path, body="cup", ball="ball"))
+        open_demonstrators(settings(path, body="cup", ball="ball"))
 
 
 @pytest.mark.recording
@@ -269,7 +269,7 @@ def test_a_ball_that_hangs_upward_tells_gravitys_sense(tmp_path):
 @pytest.mark.parametrize("name", ["z_hop_1", "linear_accel_stick_motion"])
 def test_persons_recordings_of_another_game_are_read_and_not_refused(recordings, name, stick):
     path = recordings / "diabolo" / f"{name}.csv"
-    hands = open_hands(settings(path, body=stick))
+    hands = open_demonstrators(settings(path, body=stick))
     assert hands
     for hand in hands:
         samples = list(hand.samples())

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from kendama_cli.devices.hand.tidy import even_times
 from kendama_cli.errors import InputError
 from tests.devices.streams.swing_server import SWING
@@ -87,8 +87,8 @@ def kept_stream(tmp_path):
 
 def test_two_poses_that_arrive_together_are_no_jump_and_it_is_told(tmp_path):
     path = kept_stream(tmp_path)
-    (hand,) = open_hands(settings(path))
+    (hand,) = open_demonstrators(settings(path))
     assert [one.t_s for one in hand.samples()] == pytest.approx(SWING[:, 0], abs=1e-4)
     assert any("mocap: stamps stray by up to 9.5 ms from a steady 100.0 Hz, whose" in one for one in hand.warnings)
     with pytest.raises(InputError, match=r"the position jumps by|an acceleration of"):
-        open_hands(settings(path, times="stamps"))
+        open_demonstrators(settings(path, times="stamps"))

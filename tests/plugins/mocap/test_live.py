@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from kendama_cli.errors import ConfigError, HardwareError, InputError
 from kendama_cli.plugins.mocap.settings import MocapCapture
 from kendama_cli.schema.settings import build
@@ -67,7 +67,7 @@ def test_every_pose_of_a_stream_arrives_and_is_kept(streamed, tmp_path):
         port, rows = streamed()
         told = []
         chosen = settings(tmp_path, port, record=str(kept))
-        (hand,) = open_hands(chosen, lambda done, total, **figures: told.append((done, total, figures)))
+        (hand,) = open_demonstrators(chosen, lambda done, total, **figures: told.append((done, total, figures)))
         samples = list(hand.samples())
         assert [done for done, _, _ in told] == sorted(done for done, _, _ in told), "live, while it is recorded"
         assert told[-1][:2] in ((1, 3), (2, 3))
@@ -80,33 +80,33 @@ def test_every_pose_of_a_stream_arrives_and_is_kept(streamed, tmp_path):
         assert any("poses at 100.0 Hz" in one and "delay" in one for one in hand.warnings)
         assert len(kept.read_text().splitlines()) == len(samples) + 2
         with pytest.raises(ConfigError, match="which exists; a recording is never overwritten"):
-            open_hands(chosen)
+            open_demonstrators(chosen)
 
     without_stall(recorded, AssertionError, InputError)  # a server that stands still leaves out poses
 
 
 def test_poses_that_are_no_numbers_are_left_out_and_told(streamed, tmp_path):
     port, _ = streamed(lambda i, matrix: matrix * np.nan if i in (60, 61) else matrix)
-    (hand,) = open_hands(settings(tmp_path, port))
+    (hand,) = open_demonstrators(settings(tmp_path, port))
     assert any("2 poses were not finite numbers" in one for one in hand.warnings)
 
 
 def test_a_body_of_another_name_is_told_with_what_is_streamed(streamed, tmp_path):
     port, _ = streamed(name="stylus")
     with pytest.raises(HardwareError, match="it streams stylus"):
-        open_hands(settings(tmp_path, port))
+        open_demonstrators(settings(tmp_path, port))
     assert not (tmp_path / "kept.csv").exists()
 
 
 def test_a_server_that_goes_silent_leaves_what_came(streamed, tmp_path):
     port, _ = streamed(lambda i, matrix: matrix if i < 230 else None)
-    (hand,) = open_hands(settings(tmp_path, port, seconds=30.0))
+    (hand,) = open_demonstrators(settings(tmp_path, port, seconds=30.0))
     assert any("has been silent for 3 s" in one and "what came before is kept" in one for one in hand.warnings)
 
 
 def test_a_server_that_is_not_there(tmp_path):
     with pytest.raises(HardwareError, match=r"is not there .*; look at capture\.host, capture\.port"):
-        open_hands(settings(tmp_path, free_port()))
+        open_demonstrators(settings(tmp_path, free_port()))
 
 
 def test_a_server_without_times_is_taken_by_arrival_at_a_steady_rate(streamed, tmp_path):
@@ -114,7 +114,7 @@ def test_a_server_without_times_is_taken_by_arrival_at_a_steady_rate(streamed, t
 
     def recorded(attempt):
         port, _ = streamed(stamp=lambda t_s: 0.0)
-        return open_hands(settings(tmp_path, port, record=str(tmp_path / f"kept-{attempt}.csv")))
+        return open_demonstrators(settings(tmp_path, port, record=str(tmp_path / f"kept-{attempt}.csv")))
 
     (hand,) = without_stall(recorded, InputError)  # a server that stands still leaves out poses
     assert any("the server sends no times: those of arrival are taken" in one for one in hand.warnings)
@@ -126,4 +126,4 @@ def test_another_protocol_is_told(tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as server:
         threading.Thread(target=lambda: server.accept()[0].sendall(b"HTTP/1.1 400 Bad Request\r\n" * 9)).start()
         with pytest.raises(HardwareError, match=r"does not speak OpenIGTLink .*capture\.protocol"):
-            open_hands(settings(tmp_path, server.getsockname()[1]))
+            open_demonstrators(settings(tmp_path, server.getsockname()[1]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from kendama_cli.devices.streams.openigtlink import HEADER, TRANSFORM, crc64
 from kendama_cli.devices.streams.stream_server import USUAL_UNIT
 from kendama_cli.devices.streams.vrpn import COOKIE, POSE, POSE_TYPE, SENDER, TYPE, named
@@ -48,7 +48,7 @@ def streamed(request, tmp_path):
         write, greeting = SPOKEN[request.param]
         sent = write(rows / [1, *[METRES[USUAL_UNIT[request.param]]] * 3])
         with replayed(sent, greeting=greeting) as port:
-            return open_hands(settings(tmp_path, port, protocol=request.param, seconds=60.0, **changes))
+            return open_demonstrators(settings(tmp_path, port, protocol=request.param, seconds=60.0, **changes))
 
     opened.kept, opened.usual_m = tmp_path / "kept.csv", METRES[USUAL_UNIT[request.param]]
     return opened

@@ -10,7 +10,7 @@ from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.devices.hand.file import open_files
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from kendama_cli.errors import InputError, MissingPartError
 from tests.devices.hand.files import file_settings, swing
 from tests.plugins.mocap.test_body import settings
@@ -153,7 +153,7 @@ def check_hand(hand):
 @pytest.mark.parametrize("write", WRITERS)
 def test_poses_are_a_body_with_place_turn_and_the_senders_own_stamps(tmp_path, write):
     path = write(tmp_path / "a.mcap")
-    (hand,) = open_hands(settings(path, body="cup" if "transforms" in write.__name__ else None))
+    (hand,) = open_demonstrators(settings(path, body="cup" if "transforms" in write.__name__ else None))
     check_hand(hand)
 
 
@@ -167,7 +167,7 @@ def test_they_are_demonstrations_of_plain_files_too(tmp_path, write):
 def test_one_of_several_frames_is_chosen_by_its_name(tmp_path):
     path = transforms_of_ros(tmp_path / "a.mcap")
     with pytest.raises(InputError, match=r"2 bodies and markers; it has '/tf link', '/tf cup'; set capture\.body"):
-        open_hands(settings(path))
+        open_demonstrators(settings(path))
     (hand,) = open_files(file_settings(path, child="cup"))
     check_hand(hand)
 
@@ -179,14 +179,14 @@ def test_a_body_that_is_given_in_two_frames_is_two_bodies(tmp_path):
         one["header"]["frame_id"] = "camera"
     path = ros_2(tmp_path / "a.mcap", "geometry_msgs/msg/PoseStamped", messages)
     with pytest.raises(InputError, match="it has '/cup/pose in world', '/cup/pose in camera'"):
-        open_hands(settings(path))
+        open_demonstrators(settings(path))
 
 
 def test_senders_without_stamps_have_the_times_of_the_log(tmp_path):
     messages = [ros_pose(t, p, q) for t, p, q in zip(T, P, TURNS.as_quat(), strict=True)]
     for one in messages:
         one["header"]["stamp"] = {"sec": 0, "nanosec": 0}
-    (hand,) = open_hands(settings(ros_2(tmp_path / "a.mcap", "geometry_msgs/msg/PoseStamped", messages)))
+    (hand,) = open_demonstrators(settings(ros_2(tmp_path / "a.mcap", "geometry_msgs/msg/PoseStamped", messages)))
     check_hand(hand)
 
 
@@ -194,7 +194,7 @@ def test_a_file_without_poses_says_what_it_has(tmp_path):
     messages = [{"data": "hello"} for _ in T]
     path = ros_2(tmp_path / "a.mcap", "std_msgs/msg/String", messages, "/notes")
     with pytest.raises(InputError, match=r"no poses or transforms; it has /notes \(std_msgs/msg/String, 201\)"):
-        open_hands(settings(path))
+        open_demonstrators(settings(path))
 
 
 def test_a_message_that_is_cut_short_is_named(tmp_path):
@@ -208,11 +208,11 @@ def test_a_message_that_is_cut_short_is_named(tmp_path):
     pytest.importorskip("rosbags")
     problem = r"message 1 of /cup: a message that is no geometry_msgs/msg/PoseStamped"
     with pytest.raises(InputError, match=problem):
-        open_hands(settings(tmp_path / "a.mcap"))
+        open_demonstrators(settings(tmp_path / "a.mcap"))
 
 
 def test_without_rosbags_the_extra_is_named(tmp_path, monkeypatch):
     path = poses_of_ros(tmp_path / "a.mcap")
     monkeypatch.setitem(__import__("sys").modules, "rosbags.typesys", None)
     with pytest.raises(MissingPartError, match=r"needs the library rosbags: pip install '\.\[ros\]'"):
-        open_hands(settings(path))
+        open_demonstrators(settings(path))

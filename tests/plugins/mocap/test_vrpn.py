@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from kendama_cli.devices.streams.vrpn import COOKIE, HEADER, VrpnStream, tracker_report
 from kendama_cli.errors import HardwareError, InputError
 from tests.devices.streams.swing_server import SWING, free_port, replayed, swing_by_json, vrpn_server
@@ -50,7 +50,7 @@ def test_a_recorded_exchange_is_the_swing_that_was_streamed():
 
 def test_a_recorded_exchange_becomes_a_demonstration(tmp_path):
     with replayed(recorded(), greeting=COOKIE) as port:
-        (hand,) = open_hands(vrpn_settings(tmp_path, port))
+        (hand,) = open_demonstrators(vrpn_settings(tmp_path, port))
     assert far_from_swing(hand) < 0.01  # 5 ms at 2 m/s
     assert any("the server closed the line after" in one and "is kept" in one for one in hand.warnings)
 
@@ -60,7 +60,7 @@ def test_a_body_that_is_not_streamed_is_told_with_those_that_are(tmp_path):
         replayed(recorded(), greeting=COOKIE) as port,
         pytest.raises(HardwareError, match=r"the server closed the line after 0 poses; it streams cup$"),
     ):
-        open_hands(vrpn_settings(tmp_path, port, body="hand"))
+        open_demonstrators(vrpn_settings(tmp_path, port, body="hand"))
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_what_is_no_vrpn_is_told(tmp_path, sent, words):
         replayed(sent, greeting=COOKIE) as port,
         pytest.raises(HardwareError, match=f"the VRPN server at .* {words}.*; look at capture.protocol"),
     ):
-        open_hands(vrpn_settings(tmp_path, port))
+        open_demonstrators(vrpn_settings(tmp_path, port))
 
 
 def test_a_pose_of_another_length_is_told(tmp_path):
@@ -89,7 +89,7 @@ def test_a_pose_of_another_length_is_told(tmp_path):
         replayed(COOKIE + named + HEADER.pack(32, 0, 0, 0, 3, 0) + bytes(8), greeting=COOKIE) as port,
         pytest.raises(HardwareError, match="sent a pose of 8 bytes, not 64"),
     ):
-        open_hands(vrpn_settings(tmp_path, port))
+        open_demonstrators(vrpn_settings(tmp_path, port))
 
 
 def test_other_sensors_of_a_tracker_have_names_of_their_own(tmp_path):
@@ -97,14 +97,14 @@ def test_other_sensors_of_a_tracker_have_names_of_their_own(tmp_path):
     last = data.rindex(struct.pack(">ii3d", 0, 0, *SWING[-1, 1:]))
     other = data[:last] + struct.pack(">ii", 2, 2) + data[last + 8 :]
     with replayed(other, greeting=COOKIE) as port, pytest.raises(HardwareError, match="it streams cup, cup:2"):
-        open_hands(vrpn_settings(tmp_path, port, body="hand"))
+        open_demonstrators(vrpn_settings(tmp_path, port, body="hand"))
 
 
 def test_the_real_server_streams_a_swing(tmp_path):
     udp_port = free_port(socket.SOCK_DGRAM)
     with vrpn_server(tmp_path, f"vrpn_Tracker_JsonNet cup {udp_port}\n") as port:
         swing_by_json(udp_port, wait_s=0.5)
-        (hand,) = open_hands(vrpn_settings(tmp_path, port, seconds=float(SWING[-1, 0]) - 0.05))
+        (hand,) = open_demonstrators(vrpn_settings(tmp_path, port, seconds=float(SWING[-1, 0]) - 0.05))
     assert far_from_swing(hand) < 0.04
 
 
@@ -113,5 +113,5 @@ def test_the_real_servers_resting_tracker_is_no_swing(tmp_path):
         vrpn_server(tmp_path, "vrpn_Tracker_NULL cup 2 100.0\n") as port,
         pytest.raises(InputError, match=r"the swing extends over 0 m; .*; look at capture\.unit \(m\)"),
     ):
-        open_hands(vrpn_settings(tmp_path, port, seconds=0.5))
+        open_demonstrators(vrpn_settings(tmp_path, port, seconds=0.5))
     assert len((tmp_path / "kept.csv").read_text().splitlines()) > 20

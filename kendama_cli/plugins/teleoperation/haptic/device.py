@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from kendama_cli.devices.hand.axes import to_ours
-from kendama_cli.devices.hand.interface import HandSample
+from kendama_cli.devices.hand.interface import DemonstratorSample
 from kendama_cli.devices.streams.stream_file import StreamFile
 from kendama_cli.errors import ConfigError, HardwareError, KendamaError
 from kendama_cli.plugins.teleoperation.haptic.coupling import Coupling
@@ -150,7 +150,7 @@ class HapticLink:
             )
 
 
-class HapticHand:
+class HapticDemonstrator:
     """One swing at the device, kept in ``folder`` before anything else happens."""
 
     rate_hz = 1 / (LOOK_EVERY * STEP_S)
@@ -158,7 +158,7 @@ class HapticHand:
     def __init__(self, name: str, link: HapticLink, folder: Path) -> None:
         self.name, self._link, self._folder = name, link, folder
 
-    def samples(self) -> Iterator[HandSample]:
+    def samples(self) -> Iterator[DemonstratorSample]:
         """Record a swing; raises HardwareError, which says where the swings before this one are."""
         rows = None
         gc.disable()  # a full collection takes 0.2 s
@@ -176,7 +176,7 @@ class HapticHand:
             for row in rows.tolist():
                 file.write(tuple(row[:8]))
         for row in rows:
-            yield HandSample(float(row[0]), row[1:4], row[4:8], tracked=True)
+            yield DemonstratorSample(float(row[0]), row[1:4], row[4:8], tracked=True)
 
     def render_force(self, force_n: Array) -> None:
         """Let the hand feel a force until the next one."""
@@ -255,7 +255,7 @@ class MovedCup:
             record.look(self.world)
 
 
-def open_haptic(settings: HapticCapture) -> Sequence[HapticHand]:
+def open_haptic(settings: HapticCapture) -> Sequence[HapticDemonstrator]:
     """Open a demonstrator for every swing that is asked for, all at one device.
 
     Raises HardwareError where none answers, ConfigError where the folder to keep them in holds swings already.
@@ -268,4 +268,4 @@ def open_haptic(settings: HapticCapture) -> Sequence[HapticHand]:
         )
     link = HapticLink(settings)
     folder.mkdir(parents=True, exist_ok=True)
-    return tuple(HapticHand(f"swing-{number + 1}", link, folder) for number in range(settings.swings))
+    return tuple(HapticDemonstrator(f"swing-{number + 1}", link, folder) for number in range(settings.swings))

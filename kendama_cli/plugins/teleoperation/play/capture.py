@@ -6,14 +6,14 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
-from kendama_cli.devices.hand.file import RecordedHand, hands_of, recordings_of
+from kendama_cli.devices.hand.file import RecordedDemonstrator, hands_of, recordings_of
 from kendama_cli.devices.hand.recording import Recording
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.teleoperation.play.settings import PlayCapture
 from kendama_cli.plugins.teleoperation.play.tries import Try, read_try
 
 
-def open_tries(settings: PlayCapture) -> Sequence[RecordedHand]:
+def open_tries(settings: PlayCapture) -> Sequence[RecordedDemonstrator]:
     """Open a demonstrator for every try that ``take`` asks for; a try without a swing is left out, with a warning.
 
     Files of the path that are no tries are left out. Raises InputError where none is left.

@@ -12,7 +12,7 @@ import pytest
 from kendama_cli.devices.streams.openigtlink import string, transform
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.plugins.mocap.body import read_bodies
-from kendama_cli.plugins.teleoperation.haptic.device import HapticHand, HapticLink, open_haptic
+from kendama_cli.plugins.teleoperation.haptic.device import HapticDemonstrator, HapticLink, open_haptic
 from kendama_cli.plugins.teleoperation.haptic.settings import HapticCapture
 from kendama_cli.schema.settings import build
 from tests.devices.streams.swing_server import replayed
@@ -78,7 +78,7 @@ class Lockstep:
 
 def test_a_swing_at_the_device_becomes_a_demonstration(tmp_path):
     link = Lockstep()
-    samples = list(HapticHand("one", link, tmp_path).samples())
+    samples = list(HapticDemonstrator("one", link, tmp_path).samples())
     got, (_, places) = np.array([one.position_m for one in samples]), swing()
     # the arm's impedance gives way to the rope by some centimetres
     for axis, planned in ((0, places[:, 0]), (2, places[:, 1])):
@@ -95,7 +95,7 @@ def test_a_swing_at_the_device_becomes_a_demonstration(tmp_path):
 def test_a_computer_that_stalls_now_and_then_bends_no_swing(tmp_path):
     """The cup follows the way of the hand through a stall, not the force from before it: that threw it 0.2 m away."""
     link = Lockstep(stall_s=0.05, every_s=0.2)
-    samples = list(HapticHand("one", link, tmp_path).samples())
+    samples = list(HapticDemonstrator("one", link, tmp_path).samples())
     got = np.array([one.position_m for one in samples])
     assert np.ptp(got, axis=0) == pytest.approx(np.ptp(link.way_m, axis=0), abs=0.02)
 
@@ -104,7 +104,7 @@ def test_a_computer_that_stalls_again_and_again_stops_the_force_for_good_and_kee
     link = Lockstep(stall_s=0.09, every_s=0.05)
     problem = r"the haptic link stutters: \d+ gaps of up to \d+ ms within 1 s, as this computer was busy: end what else"
     with pytest.raises(HardwareError, match=problem) as told:
-        list(HapticHand("one", link, tmp_path).samples())
+        list(HapticDemonstrator("one", link, tmp_path).samples())
     assert link.stopped == str(told.value)
     assert not list(tmp_path.iterdir())
 
@@ -122,7 +122,7 @@ def test_a_link_that_holds_places_back_again_and_again_stops_the_force_for_good(
                 self.heard_m, self.device_m = [], before
 
     with pytest.raises(HardwareError, match=r"gap.* of .* ms within 1 s, as its places came late: look at") as told:
-        list(HapticHand("one", HeldBack(), tmp_path).samples())
+        list(HapticDemonstrator("one", HeldBack(), tmp_path).samples())
     assert "\n" not in str(told.value)
 
 
@@ -130,7 +130,7 @@ def test_a_link_that_holds_places_back_again_and_again_stops_the_force_for_good(
 def test_a_person_in_another_process_swings_until_the_grip_is_let_go(tmp_path):
     def swung(attempt):
         with operator() as port, contextlib.closing(HapticLink(settings(port))) as link:
-            return list(HapticHand(f"swing-{attempt}", link, tmp_path).samples()), link
+            return list(HapticDemonstrator(f"swing-{attempt}", link, tmp_path).samples()), link
 
     samples, link = without_stall(swung, HardwareError, late="the cup came off the hand")
     assert samples[-1].t_s > 1
@@ -156,7 +156,7 @@ def test_a_device_that_lies_or_leaves_is_stopped_for_good_and_what_was_recorded_
     with operator(fault) as port:
         link = HapticLink(settings(port))
         with pytest.raises(HardwareError, match=words) as told:
-            list(HapticHand("swing-2", link, tmp_path).samples())
+            list(HapticDemonstrator("swing-2", link, tmp_path).samples())
         assert str(told.value).endswith(f"; 1 swings are kept: capture=body 'capture.path={tmp_path}/*.csv'")
         with pytest.raises(HardwareError, match="stays so: run it anew"):
             link.listen()
@@ -196,7 +196,7 @@ def test_places_in_another_unit_are_told_at_once(tmp_path):
     with replayed(transform("Stylus", (60.0, 0.0, 80.0)) + string("Stylus-grip", "1")) as port:
         link = HapticLink(settings(port, unit="m"))
         with pytest.raises(HardwareError, match=r"100 m from its origin, too far: .*capture\.unit \(m\)"):
-            list(HapticHand("one", link, tmp_path).samples())
+            list(HapticDemonstrator("one", link, tmp_path).samples())
         link.close()
 
 
@@ -206,7 +206,7 @@ def test_places_that_are_far_too_small_are_told_when_nobody_swings(tmp_path):
     link.gripped, link.device_m, link.listen, link.moved_m = False, np.zeros(3), lambda: None, 0.00015
     problem = r"nobody has gripped the stylus for 0\.5 s .*; when it was, it moved by 0\.15 mm only: .*unit \(mm\)"
     with pytest.raises(HardwareError, match=problem):
-        list(HapticHand("one", link, tmp_path).samples())
+        list(HapticDemonstrator("one", link, tmp_path).samples())
 
 
 def test_a_folder_with_swings_is_never_written_to(tmp_path):

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.interface import HandSample
+from kendama_cli.devices.hand.interface import DemonstratorSample
 from kendama_cli.errors import ConfigError, HardwareError
-from kendama_cli.plugins.teleoperation.haptic.device import HapticHand, HapticLink
+from kendama_cli.plugins.teleoperation.haptic.device import HapticDemonstrator, HapticLink
 from kendama_cli.plugins.teleoperation.haptic.device_protocols import Grip, Place, Told, Trouble, VrpnDevice
 from kendama_cli.plugins.teleoperation.haptic.settings import HapticCapture
 from tests.devices.streams.swing_server import replayed
@@ -66,7 +66,7 @@ def test_a_fault_that_the_device_tells_of_stops_it_for_good(tmp_path: Path) -> N
     with replayed(recorded(), greeting=VrpnDevice(own).hello) as port:
         link = HapticLink(phantom(port))
         with pytest.raises(HardwareError, match="tells of a fault: too large a force, hot motors") as told:
-            list(HapticHand("one", link, tmp_path).samples())
+            list(HapticDemonstrator("one", link, tmp_path).samples())
         assert "\n" not in str(told.value)
         assert link.device_m == pytest.approx(own.scale * np.array([0.012, 0.032, 0.022]))
         link.close()
@@ -93,9 +93,9 @@ def test_a_swing_at_the_librarys_own_device_becomes_a_demonstration(tmp_path: Pa
         assert "No such file" in made.stderr or "cannot find" in made.stderr, made.stderr
         pytest.skip("needs the library of github vrpn/vrpn")
 
-    def swung(attempt: int) -> list[HandSample]:
+    def swung(attempt: int) -> list[DemonstratorSample]:
         with operator("", str(program)) as port, contextlib.closing(HapticLink(phantom(port))) as link:
-            return list(HapticHand(f"swing-{attempt}", link, tmp_path).samples())
+            return list(HapticDemonstrator(f"swing-{attempt}", link, tmp_path).samples())
 
     samples = without_stall(swung, HardwareError)
     got = np.array([one.position_m for one in samples])

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.open_hands import open_hands
+from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.plugins.teleoperation.play.capture import doubt_of
 from kendama_cli.plugins.teleoperation.play.settings import PlayCapture
@@ -118,7 +118,7 @@ def test_a_name_without_letters_is_refused(name):
 
 
 def capture(*paths, take="chosen"):
-    return open_hands(settings(*paths, take=take))
+    return open_demonstrators(settings(*paths, take=take))
 
 
 def test_capture_takes_what_was_chosen(folder, samples):
