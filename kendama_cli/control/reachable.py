@@ -14,7 +14,7 @@ from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.motion.sampling import thinning
 from kendama_cli.robot_model.inverse_kinematics import OutOfReachError, across, solve_cup
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.limit_shares import limit_shares
+from kendama_cli.robot_model.placement.limit_ratios import limit_ratios
 from kendama_cli.robot_model.placement.motion_check import CheckedLimit, check_motion, check_places, require_allowed
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
@@ -72,7 +72,7 @@ class Surroundings:
 
         Speeds and accelerations alone grow with it: v / tau_scale and a / tau_scale^2 over their limits.
         """
-        shares, most = limit_shares(self.arm, joints), self.safety.limit_ratio
+        shares, most = limit_ratios(self.arm, joints), self.safety.limit_ratio
         least = max(shares.velocity.max() / most, math.sqrt(shares.acceleration.max() / most))
         return tuple(tau_scale for tau_scale in tau_scales if tau_scale >= min(least, 1.0))
 

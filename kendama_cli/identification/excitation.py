@@ -13,7 +13,7 @@ from kendama_cli.identification.identify_settings import IdentifySettings
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.clearance import least_clearance
-from kendama_cli.robot_model.placement.limit_shares import limit_shares
+from kendama_cli.robot_model.placement.limit_ratios import limit_ratios
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 
@@ -59,7 +59,7 @@ def excitation(
             period_s=period_s,
             rng=rng,
         )
-        effort = limit_shares(arm, joints).effort
+        effort = limit_ratios(arm, joints).effort
         overlap = _overlap(arm, game, joints) if effort.max() <= EFFORT_SHARE else ""
         if effort.max() <= EFFORT_SHARE and not overlap:
             return joints

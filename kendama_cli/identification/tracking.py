@@ -14,7 +14,7 @@ from kendama_cli.identification.identify_settings import IdentifySettings
 from kendama_cli.identification.recording import JointRecording
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.limit_shares import limit_shares
+from kendama_cli.robot_model.placement.limit_ratios import limit_ratios
 from kendama_cli.robot_model.placement.placement import joint_trajectory
 from kendama_cli.schema.arrays import Array
 
@@ -41,7 +41,7 @@ def circle(arm: RobotModel, settings: IdentifySettings, period_s: float) -> Circ
     speed = settings.tracking_speed_m_s
     for _ in range(TRIES):
         joints = joint_trajectory(arm, *_path(settings, speed, period_s))
-        share = limit_shares(arm, joints).leading[0].share
+        share = limit_ratios(arm, joints).leading[0].share
         if share <= 1:
             return Circle(joints, speed)
         speed *= MARGIN / min(share, 2.0)

@@ -12,7 +12,7 @@ from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, apart, efforts, follow, frames, peaks, put, task
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.clearance import least_clearance, tool_of
-from kendama_cli.robot_model.placement.limit_shares import limit_shares
+from kendama_cli.robot_model.placement.limit_ratios import limit_ratios
 from kendama_cli.robot_model.placement.placement import joint_trajectory
 from kendama_cli.schema.arrays import Array
 from tests.simulation.dart.bench_robot import kendama_game, pa10
@@ -72,7 +72,7 @@ def test_the_way_along_a_path_and_its_peaks_are_those_of_the_arm(arm: RobotModel
     assert missed.max() < 1e-7
     assert angles == pytest.approx(joints.position_rad, abs=1e-6)
     ours = peaks(chain, tool, Curve(angles, 0.005, np.ones(401), 0.0))
-    theirs = limit_shares(arm, joints)
+    theirs = limit_ratios(arm, joints)
     limits = (arm.limits.velocity_rad_s, arm.limits.acceleration_rad_s2, arm.limits.effort_nm)
     for found, limit, share in zip(ours, limits, (theirs.velocity, theirs.acceleration, theirs.effort), strict=True):
         # differences of 5 ms, and torques looked at every 15 ms

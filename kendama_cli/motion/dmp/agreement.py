@@ -69,9 +69,9 @@ def axes_of(path: Array, others: Sequence[Array], names: Sequence[str]) -> str |
         for signs in product((1, -1), repeat=path.shape[1]):
             if any(still[i] and sign < 0 for i, sign in enumerate(signs)):
                 continue
-            likeness = _alike(path[:, order] * signs, middle)
-            if likeness > best:
-                best = likeness
+            similarity = _alike(path[:, order] * signs, middle)
+            if similarity > best:
+                best = similarity
                 found = ", ".join(
                     f"{names[i]} is its {'-' if signs[i] < 0 else ''}{names[order[i]]}"
                     for i in range(len(order))

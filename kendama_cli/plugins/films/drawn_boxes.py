@@ -10,7 +10,7 @@ from typing import Any
 
 from kendama_cli.devices.camera.film import Film
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, LEAST_CONTRAST, LEAST_SIDE_PX, BallBox, TrainedImage
-from kendama_cli.plugins.films.box_likeness import odd_images
+from kendama_cli.plugins.films.box_similarity import odd_images
 from kendama_cli.plugins.films.boxes import read_boxes, write_labelled
 from kendama_cli.plugins.films.film_stills import Stills
 

@@ -11,7 +11,7 @@ import numpy as np
 from kendama_cli.plugins.films.ball_box import LEAST_CONTRAST, BallBox, TrainedImage
 from kendama_cli.plugins.films.ball_film import CANDIDATES
 from kendama_cli.plugins.films.ball_region import BallRegion, learn_region
-from kendama_cli.plugins.films.box_likeness import odd_images
+from kendama_cli.plugins.films.box_similarity import odd_images
 from kendama_cli.plugins.films.image_track import TrackedBall, track
 from kendama_cli.plugins.films.training import TrainedBall, teach
 from kendama_cli.vision.detection.interface import Detector, Image, SearchHint, Sighting

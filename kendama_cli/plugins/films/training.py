@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.plugins.films.ball_box import TrainedImage, refuse_boxes
 from kendama_cli.plugins.films.ball_patches import all_patches, median_radius_px
-from kendama_cli.plugins.films.box_likeness import UNLIKE_SHARE, compared, odd_boxes, unlike_share
+from kendama_cli.plugins.films.box_similarity import UNLIKE_SHARE, compared, odd_boxes, unlike_share
 from kendama_cli.plugins.films.patch_classifier import PatchClassifier, Values
 from kendama_cli.plugins.films.patch_features import COUNT
 from kendama_cli.plugins.films.patch_training import trained
@@ -87,14 +87,14 @@ def teach(images: Sequence[TrainedImage], seed: int = 0) -> TrainedBall:
     boxes = [box for image in images for box in image.boxes]
     rng = np.random.default_rng(seed)
     patches = all_patches(images, rng)
-    likeness = compared(images, patches, rng)
-    for number, share in odd_boxes(likeness).items():
+    similarity = compared(images, patches, rng)
+    for number, share in odd_boxes(similarity).items():
         box = images[number].boxes[0]
         raise ValueError(
             f"the box at {box.u_px:.0f},{box.v_px:.0f} in image {number + 1} shows something else than the other "
             f"boxes: {share:.0%} of that image looks more like them"
         )
-    if (share := unlike_share(likeness)) > UNLIKE_SHARE:
+    if (share := unlike_share(similarity)) > UNLIKE_SHARE:
         raise ValueError(
             f"the {len(boxes)} boxes do not show one ball: {share:.1%} of their images looks more like the other boxes "
             f"than each of them does, allowed: {UNLIKE_SHARE:.0%}"

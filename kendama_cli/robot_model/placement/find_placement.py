@@ -14,7 +14,7 @@ from kendama_cli.motion.dmp.heading import swing_heading_rad
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.clearance import Clearance, least_clearance
-from kendama_cli.robot_model.placement.limit_shares import LimitShares, limit_shares
+from kendama_cli.robot_model.placement.limit_ratios import LimitRatios, limit_ratios
 from kendama_cli.robot_model.placement.placement_search import (
     UNREACHED,
     PlacementProblem,
@@ -40,7 +40,7 @@ class PlacedMotion:
     """Demand of a motion on an arm at a placement: ratios of its limits, clearance, and the fastest tau."""
 
     placement: Placement
-    shares: LimitShares
+    shares: LimitRatios
     clearance: Clearance
     least_tau_scale: float
     tau_scale: float
@@ -103,7 +103,7 @@ def measured(
     tau = max(plan.tau_scale, min(least, slowest_tau))
     joints = swing.joints(tau, 0.0)
     clear = least_clearance(arm, game, joints, swing_rad=swing_heading_rad(plan))
-    return PlacedMotion(current_placement(arm), limit_shares(arm, joints), clear, least, tau)
+    return PlacedMotion(current_placement(arm), limit_ratios(arm, joints), clear, least, tau)
 
 
 def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:

@@ -13,7 +13,7 @@ from kendama_cli.errors import StageError
 from kendama_cli.motion.sampling import thinning
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.clearance import EVERY_S, FAR_M, least_clearance
-from kendama_cli.robot_model.placement.limit_shares import UNITS, limit_shares
+from kendama_cli.robot_model.placement.limit_ratios import UNITS, limit_ratios
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.safety import SafetySettings
 
@@ -59,7 +59,7 @@ def require_allowed(checked: Iterable[CheckedLimit]) -> None:
 
 def _limits(arm: RobotModel, joints: JointTrajectory, safety: SafetySettings) -> list[CheckedLimit]:
     found = []
-    for one in limit_shares(arm, joints).leading:
+    for one in limit_ratios(arm, joints).leading:
         share = one.share if math.isfinite(one.share) else math.inf
         unit = UNITS[one.kind]
         needed = f"{share * one.limit:.2f} {unit} of joint '{one.joint}'"

@@ -8,7 +8,7 @@ import pytest
 
 from kendama_cli.plugins.films import training as teaching
 from kendama_cli.plugins.films.ball_box import LEAST_CONTRAST, BallBox, TrainedImage
-from kendama_cli.plugins.films.box_likeness import odd_images
+from kendama_cli.plugins.films.box_similarity import odd_images
 from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import TrainedBall, teach

@@ -8,7 +8,7 @@ import pytest
 from kendama_cli.errors import StageError
 from kendama_cli.robot_model.inverse_kinematics import solve_cup
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.limit_shares import limit_shares, require_within_limits
+from kendama_cli.robot_model.placement.limit_ratios import limit_ratios, require_within_limits
 from kendama_cli.robot_model.placement.placement import CupLine, cup_line, joint_trajectory
 from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, modelled, pa10
 
@@ -103,7 +103,7 @@ def test_shares_scale_with_tempo_as_speed_and_acceleration_do_and_efforts_tend_t
     )
     path = np.linspace(0.0, 2.0, 401)
     cup_m = np.column_stack([0.25 * np.sin(3 * path) ** 2, 0 * path, 0.2 * np.sin(2 * path) ** 2])
-    one, slow, still = (limit_shares(arm, joint_trajectory(arm, factor * path, cup_m)) for factor in (1.0, 2.0, 1e4))
+    one, slow, still = (limit_ratios(arm, joint_trajectory(arm, factor * path, cup_m)) for factor in (1.0, 2.0, 1e4))
     assert 2 * slow.velocity == pytest.approx(one.velocity)
     assert 4 * slow.acceleration == pytest.approx(one.acceleration)
     weights = []

@@ -34,7 +34,7 @@ class Leading:
 
 
 @dataclass(frozen=True)
-class LimitShares:
+class LimitRatios:
     """The peaks of a motion over the limits (n,), and how far each joint stays from its stops (n,) [rad]."""
 
     joint_names: tuple[str, ...]
@@ -58,7 +58,7 @@ class LimitShares:
         return tuple(sorted(found, key=lambda one: -one.share))
 
 
-def limit_shares(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
+def limit_ratios(arm: RobotModel, joints: JointTrajectory) -> LimitRatios:
     """Return the ratios of the limits of ``arm`` that ``joints`` needs: efforts by its inverse dynamics and known
     friction.
     """
@@ -71,7 +71,7 @@ def limit_shares(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
     )
     speed, change, effort = (peak / limit for peak, limit in zip(peaks, limits, strict=True))
     doubts = tuple(map(arm.limit_doubt, UNITS))
-    return LimitShares(arm.joint_names, speed, change, effort, to_stop, limits, doubts)
+    return LimitRatios(arm.joint_names, speed, change, effort, to_stop, limits, doubts)
 
 
 def efforts_nm(arm: RobotModel, joints: JointTrajectory) -> Array:
@@ -85,9 +85,9 @@ def efforts_nm(arm: RobotModel, joints: JointTrajectory) -> Array:
     return rigid + arm.friction.torque_nm(speeds, np.sign(speeds))
 
 
-def require_within_limits(arm: RobotModel, joints: JointTrajectory) -> LimitShares:
+def require_within_limits(arm: RobotModel, joints: JointTrajectory) -> LimitRatios:
     """Return the ratios of a motion within the limits; raises StageError, with joint and limit, if it exceeds one."""
-    shares = limit_shares(arm, joints)
+    shares = limit_ratios(arm, joints)
     first = shares.leading[0]
     if first.share > 1.0:
         unit = UNITS[first.kind]

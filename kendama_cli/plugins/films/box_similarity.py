@@ -23,7 +23,7 @@ LEAST_SHARE = 1e-4
 
 
 @dataclass(frozen=True)
-class BoxLikeness:
+class BoxSimilarity:
     """Similarity of one image to the boxes of all others.
 
     It is the part of the image that looks more like them than its own box and all copies of that do (the least of
@@ -36,7 +36,9 @@ class BoxLikeness:
     share_uncopied: float
 
 
-def compared(images: Sequence[TrainedImage], patches: Sequence[Patches], rng: np.random.Generator) -> list[BoxLikeness]:
+def compared(
+    images: Sequence[TrainedImage], patches: Sequence[Patches], rng: np.random.Generator
+) -> list[BoxSimilarity]:
     """Compare each of ``images`` that has boxes with those of the others; nothing for under FEWEST_BOXES."""
     boxed = [number for number, image in enumerate(images) if image.boxes]
     if len(boxed) < FEWEST_BOXES:
@@ -54,16 +56,16 @@ def compared(images: Sequence[TrainedImage], patches: Sequence[Patches], rng: np
         share = min(float((elsewhere[id(one)] > most).mean()) for one, most in zip(own, best, strict=True))
         uncopied = max(float(classifier.log_odds(ball).max()) for one in own for ball in one.uncopied)
         everywhere = np.concatenate(list(elsewhere.values()))
-        found.append(BoxLikeness(number, share, float((everywhere > uncopied).mean())))
+        found.append(BoxSimilarity(number, share, float((everywhere > uncopied).mean())))
     return found
 
 
-def odd_boxes(likeness: Sequence[BoxLikeness]) -> dict[int, float]:
+def odd_boxes(similarity: Sequence[BoxSimilarity]) -> dict[int, float]:
     """Return the images whose box shows something else than the others, with the fraction that says so."""
-    return {one.image: one.share for one in likeness if one.share > ODD_SHARE}
+    return {one.image: one.share for one in similarity if one.share > ODD_SHARE}
 
 
-def unlike_share(likeness: Sequence[BoxLikeness]) -> float:
+def unlike_share(similarity: Sequence[BoxSimilarity]) -> float:
     """Return the geometric mean over the images of the part that looks more like the other boxes than the own box
     does.
 
@@ -71,9 +73,9 @@ def unlike_share(likeness: Sequence[BoxLikeness]) -> float:
     boxes
     anywhere each part is uniform in 0..1, and the mean is that of Fisher's test of them all together.
     """
-    if not likeness:
+    if not similarity:
         return 0.0
-    return float(np.exp(np.mean(np.log([max(one.share_uncopied, LEAST_SHARE) for one in likeness]))))
+    return float(np.exp(np.mean(np.log([max(one.share_uncopied, LEAST_SHARE) for one in similarity]))))
 
 
 def odd_images(images: Sequence[TrainedImage], seed: int = 0) -> dict[int, float]:
@@ -84,8 +86,8 @@ def odd_images(images: Sequence[TrainedImage], seed: int = 0) -> dict[int, float
     common.
     """
     rng = np.random.default_rng(seed)
-    likeness = compared(images, all_patches(images, rng), rng)
-    odd = odd_boxes(likeness)
-    if odd or unlike_share(likeness) <= UNLIKE_SHARE:
+    similarity = compared(images, all_patches(images, rng), rng)
+    odd = odd_boxes(similarity)
+    if odd or unlike_share(similarity) <= UNLIKE_SHARE:
         return odd
-    return {one.image: one.share_uncopied for one in likeness}
+    return {one.image: one.share_uncopied for one in similarity}
