@@ -31,7 +31,7 @@ TRACK = ["camera", "track", "nowhere.mp4"]
         (["camera", "latency", "no.csv", "no.csv", "-o", "file/setup.yaml"], "file is no folder"),
         (["log", "layout", "no.mcap", "-o", "file/all.json"], "file is no folder"),
         (["camera", "detect", "nowhere", "-o", "found.json"], "sightings are a CSV; name it found.csv"),
-        (["camera", "train", "folder", "-o", "ball.json"], "a taught ball is a NumPy archive; name it ball.npz"),
+        (["camera", "train", "folder", "-o", "ball.json"], "a trained ball is a NumPy archive; name it ball.npz"),
         (["camera", "calibrate", "nowhere", "-o", "c.json"], "a calibration is YAML; name it c.yaml"),
         (["camera", "colour", "no.png@1,2", "--radius-px", "5", "-o", "c.txt"], "a learned colour is JSON"),
         (["camera", "board", "-o", "board.jpg"], "a picture is a PNG; name it board.png"),

@@ -94,7 +94,7 @@ def share_right(found: Places, labels: list[Label]) -> tuple[int, int, int, int]
     return len(right), len(shown), sum(frame in found for frame in empty), len(empty)
 
 
-def taught_apart(labels: list[Label], frames: int = 5, seed: int = 10000) -> tuple[list[Label], list[Label]]:
+def trained_apart(labels: list[Label], frames: int = 5, seed: int = 10000) -> tuple[list[Label], list[Label]]:
     """Labels of frames that teach, drawn at random, and those of all other frames.
 
     Of a film with few frames of the ball half of them teach.

@@ -1,4 +1,4 @@
-"""Table of the corpus: labelled frames of each film by five taught frames and by two nulls.
+"""Table of the corpus: labelled frames of each film by five training frames and by two nulls.
 
     python -m tests.films.table FOLDER [NAME ...]
 
@@ -17,7 +17,7 @@ from kendama_cli.plugins.films.ball_film import film_track
 from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import teach
-from tests.films.corpus import CorpusFilm, Label, Places, films, roundest_moving_blob, share_right, taught_apart
+from tests.films.corpus import CorpusFilm, Label, Places, films, roundest_moving_blob, share_right, trained_apart
 from tests.films.corpus import template_matching as matched
 from tests.shipped_conf import plain
 
@@ -27,11 +27,11 @@ RATE_HZ, ANOTHER = 30.0, "whiteboard"
 def searched(film: CorpusFilm, others: list[CorpusFilm]) -> Iterator[tuple[str, Places, list[Label]]]:
     """Yield each detector's name, its places in the film, and the labels that it was not taught by."""
     images = film.frames()
-    shown, held_out = taught_apart(film.labels)
+    shown, held_out = trained_apart(film.labels)
     source = images
     if not shown:
         other = next(one for one in others if one.name == ANOTHER)
-        source, (shown, _) = other.frames(), taught_apart(other.labels)
+        source, (shown, _) = other.frames(), trained_apart(other.labels)
     boxes: dict[int, list[BallBox]] = {}
     for one in shown:
         boxes.setdefault(one.frame, []).append(BallBox(one.x_px, one.y_px, 2 * one.radius_px, 2 * one.radius_px))

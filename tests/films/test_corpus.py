@@ -1,4 +1,4 @@
-"""Balls in public films that nobody here made: five taught boxes beside two nulls in the same run."""
+"""Balls in public films that nobody here made: five training boxes beside two nulls in the same run."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from tests.films.corpus import (
     films,
     roundest_moving_blob,
     share_right,
-    taught_apart,
     template_matching,
+    trained_apart,
 )
 
 BELOW = {"dark-green": 3, "red-bounce": 2}
-"""Frames by which the taught ball is below the better null: a grey ball of 12 px in the dark, and one clear film."""
+"""Frames by which the trained ball is below the better null: a grey ball of 12 px in the dark, and one clear film."""
 FOLDER = Path(os.environ.get("KENDAMA_FILMS", "films-not-fetched"))
 
 
@@ -60,12 +60,12 @@ def test_a_frame_with_two_balls_is_one_frame_and_either_ball_is_right() -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize(
-    "film", [one for one in films(FOLDER) if taught_apart(one.labels)[0]], ids=lambda film: film.name
+    "film", [one for one in films(FOLDER) if trained_apart(one.labels)[0]], ids=lambda film: film.name
 )
-def test_five_taught_frames_are_not_below_the_nulls(film: CorpusFilm, tmp_path: Path, capsys) -> None:
+def test_five_training_frames_are_not_below_the_nulls(film: CorpusFilm, tmp_path: Path, capsys) -> None:
     if not film.path.exists():
         pytest.skip(f"{film.path} is not there: python -m tests.films.corpus FOLDER, then KENDAMA_FILMS=FOLDER")
-    shown, held_out = taught_apart(film.labels)
+    shown, held_out = trained_apart(film.labels)
     boxes = [
         f"--box={one.frame}:{max(one.x_px - one.radius_px, 0):.0f},{max(one.y_px - one.radius_px, 0):.0f},"
         f"{2 * one.radius_px:.0f},{2 * one.radius_px:.0f}"
@@ -77,7 +77,7 @@ def test_five_taught_frames_are_not_below_the_nulls(film: CorpusFilm, tmp_path: 
         found = {int(float(row["frame"])): (float(row["u_px"]), float(row["v_px"])) for row in csv.DictReader(file)}
     images = film.frames()
     rows = {
-        "taught": share_right(found, held_out),
+        "trained": share_right(found, held_out),
         "template": share_right(template_matching(images, shown[len(shown) // 2]), held_out),
         "moving blob": share_right(roundest_moving_blob(images), held_out),
     }
@@ -86,5 +86,5 @@ def test_five_taught_frames_are_not_below_the_nulls(film: CorpusFilm, tmp_path: 
             print(f"\n{film.name:12} {name:12} right {right}/{of}, claimed without a ball {false}/{empty}", end="")
     best = max(rows["template"][0], rows["moving blob"][0])
     # a frame of these few is +-1 of a blurred label
-    assert rows["taught"][0] >= best - BELOW.get(film.name, 1)
-    assert rows["taught"][2] <= 0.02 * rows["taught"][3] + 1 + (film.name == "dark-green")
+    assert rows["trained"][0] >= best - BELOW.get(film.name, 1)
+    assert rows["trained"][2] <= 0.02 * rows["trained"][3] + 1 + (film.name == "dark-green")

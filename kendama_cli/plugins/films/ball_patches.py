@@ -1,4 +1,4 @@
-"""Patches of taught images: those that show the ball, with varied copies of them, and those that do not."""
+"""Patches of training images: those that show the ball, with varied copies of them, and those that do not."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _line(length_px: float, angle_rad: float) -> Values:
 
 
 SCALES = (0.75, 1.0, 1.33)
-"""The ball is searched at its taught radius times these."""
+"""The ball is searched at its trained radius times these."""
 INSIDE, OUTSIDE = 0.35, 1.1
 """In half boxes: patches nearer to the box's middle show the ball, patches farther do not, the rest is left out."""
 LIKE_RADIUS = (0.8, 1.25)

@@ -58,13 +58,13 @@ class Seeing:
 
 def train_ball(folder: Path, output: Path, seed: int) -> None:
     """Learn the ball from a folder of images with boxes, and write it."""
-    refuse_output(output, "a taught ball is a NumPy archive", ".npz")
-    ball = taught(folder, [read_labelled(one) for one in labelled(folder)], seed)
+    refuse_output(output, "a trained ball is a NumPy archive", ".npz")
+    ball = trained(folder, [read_labelled(one) for one in labelled(folder)], seed)
     write_output(output, ball.to_bytes())
     render.text(f"{output}; use it with predict/detector=trained predict.detector.ball={output}")
 
 
-def taught(source: Path, images: Sequence[TrainedImage], seed: int) -> TrainedBall:
+def trained(source: Path, images: Sequence[TrainedImage], seed: int) -> TrainedBall:
     """Train on ``images``; raises InputError, naming ``source``, if they train no detector."""
     boxes = sum(len(image.boxes) for image in images)
     if 0 < boxes < FEWEST_BOXES:
@@ -108,7 +108,7 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TrainedImage] = ()) -> S
         images = list(shown)
         if options.teach is not None:
             images += [read_labelled(one) for one in labelled(options.teach)]
-        ball = taught(options.teach or Path("--box"), images, options.seed)
+        ball = trained(options.teach or Path("--box"), images, options.seed)
         made = partial(TrainedDetector, settings)
 
         def trained_on(frames: Sequence[Image]) -> Detector:

@@ -17,7 +17,7 @@ from kendama_cli.vision.detection.interface import Image, SearchHint, Sighting
 LEAST_SCORE = 0.03
 """Weaker peaks are not worth a tracker's time."""
 SIGMA_RADII = 0.15
-"""Standard deviation of a sighting's place, in ball radii, as of a taught detector."""
+"""Standard deviation of a sighting's place, in ball radii, as of a trained detector."""
 GREY = 114
 """What is left of the input, as in the training of most networks of boxes."""
 ROUNDING = 0.01

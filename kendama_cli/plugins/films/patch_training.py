@@ -1,4 +1,4 @@
-"""A classifier of patches learned from taught images, twice again from what it wrongly takes for the ball."""
+"""A classifier of patches learned from training images, twice again from what it wrongly takes for the ball."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A taught ball learned further from the film in which it is sought, whose background no box has shown."""
+"""A trained ball learned further from the film in which it is sought, whose background no box has shown."""
 
 from __future__ import annotations
 
@@ -68,14 +68,14 @@ def trained_on_film(
             break
         shown = _shown(moving, frames, region)
         try:
-            learned = _taught(images, shown, frames, seed)
+            learned = _trained(images, shown, frames, seed)
         except ValueError:  # what was found is no ball like the others
             break
     found = detector(learned if moving else ball)
     return found if region is None else RegionDetector(found, region)
 
 
-def _taught(
+def _trained(
     images: Sequence[TrainedImage], shown: Sequence[TrainedImage], frames: Sequence[Image], seed: int
 ) -> TrainedBall:
     """Train on ``images`` together with those of ``shown`` that training does not refuse."""

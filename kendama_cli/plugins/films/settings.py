@@ -13,7 +13,7 @@ class TrainedDetectorSettings:
     """A ball that was taught by boxes in a few images (``kendama camera train``)."""
 
     kind: Literal["trained"]
-    ball: str = setting("file of the taught ball (npz)", file=True)
+    ball: str = setting("file of the trained ball (npz)", file=True)
     balls: int = setting("maximum number of balls in an image: further peaks share their probability", at_least=1)
     score_min: float = setting("probability from which a peak counts as seen", above=0, below=1)
     candidates: int = setting("most candidates in an image", at_least=1, at_most=20)

@@ -30,7 +30,7 @@ def peak_scores(log_odds: Array, balls: int) -> Array:
         p_i = o_i e(o without o_i, balls - 1) / e(o, balls),   e(o, m) = sum_{|S| <= m} prod_{i in S} o_i
 
     For one ball that is o_i / (1 + sum_j o_j); for as many balls as peaks, o_i / (1 + o_i). What resembles the ball and
-    was not in the taught images (a checked shirt) has many peaks, the ball has one.
+    was not in the training images (a checked shirt) has many peaks, the ball has one.
     """
     odds = np.exp(np.minimum(log_odds, MOST_LOG_ODDS) / TEMPERATURE)
     possible = _sets(odds, balls)

@@ -1,4 +1,4 @@
-"""The taught ball as a file, and the detector that goes by it."""
+"""The trained ball as a file, and the detector that goes by it."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from kendama_cli.schema.unpacking import unpacked_arrays
 CLASSIFIERS = 3
 STEPS, ROUNDS = 1500, 3
 MOST_BYTES = 1 << 26
-"""Limit of all arrays of a taught ball; ours have some hundred kB."""
+"""Limit of all arrays of a trained ball; ours have some hundred kB."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class TrainedBall:
     def log_odds(self, features: Values) -> Values:
         """Log odds (n,) of patches with ``features`` (n, COUNT): the classifiers' mean less their standard deviation.
 
-        On what none of the taught images resembles the classifiers differ: such patches are no sure sighting.
+        On what none of the training images resembles the classifiers differ: such patches are no sure sighting.
         """
         each = np.array([one.log_odds(features) for one in self.classifiers])
         return np.asarray(each.mean(axis=0) - each.std(axis=0), dtype=np.float32)
@@ -51,7 +51,7 @@ class TrainedBall:
 
     @staticmethod
     def from_bytes(content: bytes) -> TrainedBall:
-        """Raises ValueError for what holds no taught ball."""
+        """Raises ValueError for what holds no trained ball."""
         try:
             read = unpacked_arrays(content, MOST_BYTES)
             numbers = sorted({name.split("_")[0] for name in read} - {"radius"})
@@ -69,9 +69,9 @@ class TrainedBall:
             )
             known = all(np.isfinite(made.log_odds(np.zeros((1, COUNT), dtype=np.float32))))
         except (KeyError, ValueError, TypeError, OverflowError) as wrong:
-            raise ValueError(f"no taught ball ({wrong})") from None
+            raise ValueError(f"no trained ball ({wrong})") from None
         if not (made.classifiers and known and 0 < made.radius_px < 1e5):
-            raise ValueError("no taught ball (its numbers are not finite)")
+            raise ValueError("no trained ball (its numbers are not finite)")
         return made
 
 

@@ -85,7 +85,7 @@ def test_a_taught_ball_comes_back_from_its_file_to_the_last_bit(ball):
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"no archive"])
 def test_a_file_that_holds_no_taught_ball_is_refused(content):
-    with pytest.raises(ValueError, match="no taught ball"):
+    with pytest.raises(ValueError, match="no trained ball"):
         TrainedBall.from_bytes(content)
 
 
@@ -136,7 +136,7 @@ def test_what_teaches_nothing_is_refused(images, message):
 
 
 def test_a_ball_is_found_before_what_it_was_not_taught_before(monkeypatch):
-    """A grey ball, always before a light wall in the taught images, hangs before their dark corner."""
+    """A grey ball, always before a light wall in the training images, hangs before their dark corner."""
     monkeypatch.setattr(teaching, "STEPS", 300)
     ball = teach([TrainedImage(image, (box,)) for image, box in (grey_ball(seed, 0) for seed in range(10000, 10004))])
     detector, hits, sightings = TrainedDetector(SETTINGS, ball), 0, 0
