@@ -81,7 +81,7 @@ predict.detector.kind: taught trained
 safety: usual default
 transfer: proof until_solved
 """
-"""Of a key, or of a group that names a file of ``conf/``."""
+"""Values of a key, or of a group that names a file of ``conf/``."""
 METRICS = """
 adapt: in_the_way failure_reason, rollouts_to_lasting rollouts_to_robust, repeats_to_judge evaluations
 adapt: shift_mm goal_shift_mm, side_miss_mm lateral_miss_mm, windows tau_windows
@@ -109,7 +109,7 @@ AdaptPerturbation: joint_friction_share joint_friction_fraction
 AdaptRepeat: largest_shift_m max_shift_m
 FrictionModel: fastest_rad_s max_speed_rad_s
 """
-"""Of a message in logs, or of an artifact."""
+"""Fields of a message in logs, or of an artifact."""
 PIPELINES = "pipelines: toy measurement"
 GROUPS = "entry points: kendama.hands kendama.demonstrators"
 OBJECTS = """

@@ -42,7 +42,7 @@ def probed(tree: Path) -> dict[str, Any]:
 
 
 def with_patch(tree: Path, file: str, old: str, new: str) -> dict[str, Any]:
-    """What the engines give where ``old``, which stands once in ``file``, is ``new``."""
+    """Return the engines' results with ``old``, which stands once in ``file``, replaced by ``new``."""
     path = tree / "kendama_cli" / file
     text = path.read_text()
     assert text.count(old) == 1

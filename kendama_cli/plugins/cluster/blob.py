@@ -20,7 +20,7 @@ class Remote(Protocol):
     """
 
     place: str
-    """As the configuration names it."""
+    """Name of the store in the configuration."""
 
     def read(self, name: str) -> bytes | None:
         """Return a small blob; None where there is none."""

@@ -21,7 +21,7 @@ RADIUS_SIGMA = 0.5
 """Standard deviation of a radius that was seen [px], where a detector says none."""
 FEWEST = 8
 MEDIAN_CHI_SQUARE = 0.455
-"""Of one degree of freedom."""
+"""Median of chi-square with one degree of freedom."""
 
 
 @dataclass(frozen=True)

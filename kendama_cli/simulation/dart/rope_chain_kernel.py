@@ -14,7 +14,7 @@ NODE, NODE_SPEED, NODE_KG, NODE_M = 0, 3, 6, 7
 CHAIN_STEPS, CHAIN_PERIOD, CHAIN_GRAVITY, CHAIN_SLACK, CHAIN_CARRIED, CHAIN_BEGUN, CHAIN_TIE, CHAIN_OVER, CHAIN_BALL = (
     0, 1, 2, 3, 4, 5, 6, 9, 12,
 )  # fmt: skip
-"""Where in a chain's numbers (15,) these begin: sub-steps, the world's step, gravity, the pull below which the rope
+"""Offsets in a chain's numbers (15,): sub-steps, the world's step, gravity, the pull below which the rope
 counts as slack, whether the cup's speeds are those of the coming step, whether there was a step before, the speeds of
 tie and axis in it (3), and the ball's that should have come of it (3)."""
 LINK_N_M, LINK_S = 2e6, 1e-4

@@ -7,13 +7,14 @@ from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
 from kendama_cli.system.compiled import NONE, READ, WRITE, Array, boolean, compiled, compiled_as, float64
 
 TENSION, REACTION, PIVOT, SIDE = 3, 4, 7, 10
-"""Where in ``pulled`` (13,) these begin: the rope's force on the ball (3), its size, the opposite force on the cup (3)
+"""Offsets in ``pulled`` (13,): the rope's force on the ball (3), its size, the opposite force on the cup (3)
 and where in the world it acts (3), and the direction (3) in which the rope last left the cup's axis."""
 FAR_AWAY = 1e4
 """A ball farther away or faster than this, in m and m/s, has left the domain of the model."""
 HEIGHT, ON_WALL = 12, 13
-"""Where in the rope's numbers the height over the cup's place stands at which the cup's axis is taken, and, with a tie
-on the wall, that tie's height."""
+"""Offsets in the rope's numbers: the height over the cup's position at which the cup's axis is taken, and, with a tie
+on
+the wall, that tie's height."""
 
 
 def rope_constants(law: RopeLaw) -> list[float]:

@@ -14,7 +14,7 @@ from kendama_cli.system.compiled import READ, READ_2D, WRITE, WRITE_2D, Array, b
 COULOMB, STRIBECK, PER_SPEED, VISCOUS, EFFORT = range(5)
 """Rows of the joints' constants (5, n): Fc, Fs, 1 / vs, b, the motors' limits."""
 FINE, LIMITED, NOT_FINITE, NEAR, LOST, GONE = 0, 1, 2, 4, 8, 16
-"""What a step may answer: the bits of an integer."""
+"""Answers of a step, the bits of an integer."""
 
 
 @compiled_as(int64(READ, READ, READ, READ, READ, READ, WRITE_2D, READ_2D, READ, READ_2D, READ, WRITE))

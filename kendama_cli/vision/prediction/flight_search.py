@@ -16,7 +16,7 @@ GRAVITY_M_S2 = scipy.constants.g
 """Standard gravity: a recording does not say where it was made, and the search bears a few percent of error."""
 DOWN_M_S2 = np.array([0.0, 0.0, -GRAVITY_M_S2])
 NEAR_M_S2 = 2.5
-"""How far an acceleration may be from that of gravity and drag (scale, tilt, wobble) and count as free fall."""
+"""Greatest deviation of a free fall's acceleration from gravity and drag (scale, tilt, wobble)."""
 SURE_M_S2 = 0.4
 """The window is made so long that noise disturbs the acceleration by no more (standard deviation)."""
 WINDOW_S = (0.12, 0.30)
