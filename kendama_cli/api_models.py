@@ -49,7 +49,7 @@ def configuration(overrides: Sequence[str] = (), config_dir: Path | str | None =
 
 
 def encode(demonstrations: Sequence[Demonstration], overrides: Sequence[str] = ()) -> MotionPlan:
-    """Return the average dynamic movement primitive of demonstrations (docs/equations.md eq. 3-5).
+    """Return the average dynamic movement primitive of demonstrations (equations.md eq. 3-5).
 
     Parameters
     ----------

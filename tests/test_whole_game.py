@@ -140,7 +140,7 @@ def test_the_report_tells_of_every_stage_and_loads_nothing(whole: dict[str, Any]
 
 
 def test_the_logs_page_documents_every_channel_that_is_logged(whole: dict[str, Any], folder: Path) -> None:
-    documented = set(re.findall(r"`(/[a-z_/*]+)`", (ROOT / "docs" / "logs.md").read_text()))
+    documented = set(re.findall(r"`(/[a-z_/*]+)`", (ROOT / "docs" / "reference" / "logs.md").read_text()))
     logged = set()
     for stage in whole["stages"]:
         facts = json.loads(kendama(folder, "log", "info", "--json", f"{stage['artifact']}/log.mcap"))

@@ -1,4 +1,4 @@
-// The robot's end of kendama's line (docs/protocol.md) for a controller in C++17 on POSIX: this and blake2s.hpp, nothing else.
+// The robot's end of kendama's line (docs/reference/protocol.md) for a controller in C++17 on POSIX: this and blake2s.hpp, nothing else.
 #pragma once
 #include <arpa/inet.h>
 #include <sys/select.h>

@@ -1,4 +1,4 @@
-"""The robot's end of kendama's line (docs/protocol.md) for a controller in Python: standard library only, one file."""
+"""The robot's end of docs/reference/protocol.md, for a controller in Python: one file, standard library only."""
 
 from __future__ import annotations
 

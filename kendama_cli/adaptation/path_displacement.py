@@ -70,7 +70,7 @@ def shifted_plan(plan: MotionPlan, shift_m: tuple[float, float], flight: tuple[f
 def weight_changes(plan: MotionPlan, desired_m: Array, goal_m: Array) -> Array:
     """Return weights (k, m) that displace a coordinate by ``desired_m`` (k, SAMPLES) and its goal by ``goal_m`` (k,).
 
-    A primitive's position is linear in goal and weights (docs/equations.md eq. 3), so that least squares find them.
+    A primitive's position is linear in goal and weights (equations.md eq. 3), so that least squares find them.
     """
     m = len(plan.centers)
     t_s = PHASE * plan.duration_s

@@ -22,7 +22,7 @@ def dry_friction(coulomb: Numbers, stribeck: Numbers, ratio: Numbers) -> Numbers
 class ParametricFriction:
     """Coulomb, Stribeck and viscous friction of n joints, and a constant offset; every array is (n,).
 
-    xi = (Fc + Fs exp(-(v / vs)^2)) sign v + b v + o   (docs/equations.md eq. 2)
+    xi = (Fc + Fs exp(-(v / vs)^2)) sign v + b v + o   (equations.md eq. 2)
     """
 
     coulomb_nm: Array

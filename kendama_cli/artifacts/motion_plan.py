@@ -31,7 +31,7 @@ class TurnPlan:
 
 @dataclass(frozen=True)
 class MotionPlan:
-    """A dynamic movement primitive of c coordinates with m basis functions (docs/equations.md eq. 3-5).
+    """A dynamic movement primitive of c coordinates with m basis functions (equations.md eq. 3-5).
 
     K = ``stiffness``, D = 2 sqrt K, alpha = ``phase_decay``; ``duration_s`` (T) is the demonstration's length, and
     the motion played lasts tau = ``tau_scale`` T. Positions are relative to the start of the swing; where a coordinate

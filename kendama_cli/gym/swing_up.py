@@ -25,7 +25,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.rollout import SimulatedRollout
 
 HOLD_S = 0.05
-"""Period of an agent's decisions at which the product's own learner succeeds on every seed (docs/gymnasium.md)."""
+"""Period of an agent's decisions at which the product's own learner succeeds on every seed (howto/gymnasium.md)."""
 
 
 def task(overrides: Sequence[str]) -> tuple[LearnSettings, GameSettings]:

@@ -85,7 +85,7 @@ def vary_harmonic(
 
 
 class Harmonic:
-    """A harmonic drives the cup over a whole rollout (docs/equations.md, Swing-up).
+    """A harmonic drives the cup over a whole rollout (equations.md, Swing-up).
 
     Either its acceleration a = A cos(w t + phase) itself, or its place x = A cos(w t + phase), which the acceleration
     x'' + 2 c (x' - v) + c^2 (x - x_cup) follows; the action nearest to that acceleration is chosen. A harmonic

@@ -11,7 +11,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class HarmonicSettings:
-    """A harmonic A cos(w t + phase) drives the whole rollout, all three drawn at random (docs/equations.md)."""
+    """A harmonic A cos(w t + phase) drives the whole rollout, all three drawn at random (equations.md)."""
 
     band_rad_s: tuple[float, float] = setting("range of the angular frequency w [rad/s]", above=0)
     amplitude: tuple[float, float] = setting(

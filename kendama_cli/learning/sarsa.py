@@ -15,7 +15,7 @@ from kendama_cli.learning.value_learner import ValueLearner
 
 
 class ValueTable:
-    """Q += alpha [r + gamma V - Q(s, a)] e (docs/equations.md eq. 6, 7); V and e of the chosen update and traces.
+    """Q += alpha [r + gamma V - Q(s, a)] e (equations.md eq. 6, 7); V and e of the chosen update and traces.
 
     With dutch traces the error is taken from Q_old(s, a), the value looked ahead to before the last update, and
     alpha (Q_old(s, a) - Q(s, a)) is added to the entry of the state (true online Sarsa(lambda), Sutton and Barto, 2nd

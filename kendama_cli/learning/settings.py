@@ -1,4 +1,4 @@
-"""Learning the swing-up: state bins, actions, exploration and the task (docs/equations.md, Swing-up)."""
+"""Learning the swing-up: state bins, actions, exploration and the task (equations.md, Swing-up)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Eligibility traces: which earlier choices share in what happens now (docs/equations.md eq. 7).
+"""Eligibility traces: which earlier choices share in what happens now (equations.md eq. 7).
 
 Every law first fades all traces by gamma lambda, then marks the visited entry: *replacing* sets it to 1 (Singh and
 Sutton 1996; the paper's choice), *accumulating* adds 1, *dutch* adds 1 after shrinking it by 1 - alpha (van Seijen

@@ -1,4 +1,4 @@
-"""The air's drag on the ball (docs/equations.md eq. 1)."""
+"""The air's drag on the ball (equations.md eq. 1)."""
 
 from __future__ import annotations
 

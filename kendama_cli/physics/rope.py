@@ -1,4 +1,4 @@
-"""The rope round the cup: its shortest way from tie point to ball, and its force (docs/equations.md eq. 1)."""
+"""The rope round the cup: its shortest way from tie point to ball, and its force (equations.md eq. 1)."""
 
 from __future__ import annotations
 

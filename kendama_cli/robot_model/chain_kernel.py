@@ -274,7 +274,7 @@ def times(turn: Array, inertia: Array, rate: Array) -> Array:
 
 @compiled
 def efforts(chain: Chain, tool: ToolGeometry, angles: Array, speeds: Array, changes: Array) -> Array:
-    """Return the torques (n,) of the motion by Newton and Euler, with known friction (docs/equations.md eq. 2)."""
+    """Return the torques (n,) of the motion by Newton and Euler, with known friction (equations.md eq. 2)."""
     n = len(angles)
     still = np.zeros(3)
     turns, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))

@@ -1,4 +1,4 @@
-"""The game itself: rope, ball, cup and air (docs/equations.md eq. 1)."""
+"""The game itself: rope, ball, cup and air (equations.md eq. 1)."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class QuadraticAir:
 
 @dataclass(frozen=True)
 class LinearAir:
-    """The drag of docs/equations.md eq. 1."""
+    """The drag of equations.md eq. 1."""
 
     kind: Literal["linear"]
     drag_n_s_m: float = setting("linear air drag Ka: force = -Ka velocity [N s/m]", at_least=0)

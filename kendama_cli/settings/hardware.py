@@ -52,7 +52,7 @@ class SimulatedHardware:
 
 @dataclass(frozen=True)
 class CommandHardware:
-    """A robot's controller that runs and speaks the protocol of docs/protocol.md."""
+    """A robot's controller that runs and speaks the protocol of docs/reference/protocol.md."""
 
     moves: ClassVar[bool] = True
 

@@ -1,4 +1,4 @@
-"""Services that Python and ``filelock`` offer on every system; docs/platforms.md says what they guarantee less."""
+"""Services that Python and ``filelock`` offer on every system; howto/platforms.md says what they guarantee less."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from kendama_cli.pipeline.code import FileIndex, read_code
 from kendama_cli.schema.public_names import DEFINED, HOMES
 
 ROOT = Path(__file__).resolve().parents[2]
-SHOWN = [ROOT / "docs" / "extending.md", *sorted((ROOT / "docs" / "plugins").glob("*.md"))]
+SHOWN = [ROOT / "docs" / "howto" / "extending.md", *sorted((ROOT / "docs" / "plugins").glob("*.md"))]
 PARTS = sorted((ROOT / "examples" / "course" / "exercises" / "8-your-own-learner").rglob("*.py"))
 PUBLIC = {"kendama_cli", "kendama_cli.extension", "kendama_cli.gym", "kendama_cli.conformance"}
 

@@ -25,7 +25,7 @@ class Straight:
 
 
 class CartRobot:
-    """Semi-implicit Euler for the ball (docs/equations.md eq. 1); the cup follows its command with a pure delay.
+    """Semi-implicit Euler for the ball (equations.md eq. 1); the cup follows its command with a pure delay.
 
     It is ``delay_n`` control periods; cup and ball are told ``tracking_late_n`` periods late.
     """

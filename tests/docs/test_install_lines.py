@@ -69,7 +69,7 @@ def test_no_text_asks_for_the_package_of_others_that_is_called_kendama() -> None
 
 def test_one_page_speaks_of_an_index_and_says_that_none_has_it_yet() -> None:
     places = [path for path in files(*SHOWN) if re.search(r"install ['\"]?kendama-cli", path.read_text())]
-    assert [str(path.relative_to(ROOT)) for path in places] == ["docs/start.md"]
+    assert [str(path.relative_to(ROOT)) for path in places] == ["docs/tutorials/start.md"]
     assert "It is on no package index yet" in places[0].read_text()
 
 

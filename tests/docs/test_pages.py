@@ -24,7 +24,9 @@ def test_the_readmes_table_has_every_stage_with_what_it_gives() -> None:
 def test_the_logs_page_has_every_topic_with_its_schema_and_the_page_of_a_part_that_parts() -> None:
     of_parts = {name: part for name in stage_names() if (part := part_of(name)) is not None}
     assert "interact" in of_parts
-    assert listed("logs.md") == {topic for name in BUILT_IN for topic in getattr(find_stage(name), "topics", {})}
+    assert listed("reference/logs.md") == {
+        topic for name in BUILT_IN for topic in getattr(find_stage(name), "topics", {})
+    }
     for name, part in of_parts.items():
         assert listed(f"plugins/{part}.md") == set(getattr(find_stage(name), "topics", {}))
 
@@ -42,12 +44,18 @@ def listed(page: str) -> set[str]:
     return {topic for row in rows for topic in re.findall(r"`([^`]+)`", row)}
 
 
-def test_the_readme_names_every_pipeline_and_every_page() -> None:
+def test_the_readme_names_every_pipeline() -> None:
     for name in pipeline_names([ROOT / "pipelines"]):
         assert f"`{name}`" in README, name
-    linked = set(re.findall(r"\]\((docs/[\w/-]+\.md)\)", README))
-    of_the_site = {"docs/index.md", "docs/reference.md"}
-    assert linked == {path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")} - of_the_site
+
+
+def test_the_navigation_names_every_page_once() -> None:
+    trees = re.findall(
+        r"^```\{toctree\}\n(?::[^\n]*\n)*\n(.*?)^```", (ROOT / "docs" / "index.md").read_text(), re.M | re.S
+    )
+    named = [f"{name}.md" for tree in trees for name in tree.split()]
+    there = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")} - {"index.md"}
+    assert sorted(named) == sorted(there)
 
 
 @pytest.mark.parametrize(

@@ -59,16 +59,17 @@ def test_the_site_is_built_without_a_warning_and_no_link_leads_nowhere(tmp_path:
     done = subprocess.run([*COMMAND, "-o", "site"], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     site = tmp_path / "site"
-    pages = {path.name: path.read_text() for path in site.glob("*.html")}
+    pages = {path.resolve(): path.read_text() for path in site.rglob("*.html") if "_static" not in path.parts}
     assert len(pages) > 25
-    anchors = {name: set(re.findall(r'\bid="([^"]+)"', text)) for name, text in pages.items()}
-    for name, text in pages.items():
-        assert not re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="(?:https?:)?//', text), name
+    anchors = {path: set(re.findall(r'\bid="([^"]+)"', text)) for path, text in pages.items()}
+    for path, text in pages.items():
+        assert not re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="(?:https?:)?//', text), path
         for target in re.findall(r'(?:href|src)="([^"]+)"', text):
             place, _, anchor = unquote(target.partition("?")[0]).partition("#")
             if "://" in place or place.startswith(("data:", "mailto:")):
                 continue
-            assert (site / (place or name)).exists(), f"{name} links {target}"
-            if anchor and (place or name) in anchors:
-                assert anchor in anchors[place or name], f"{name} links {target}"
+            there = (path.parent / place).resolve() if place else path
+            assert there.exists(), f"{path} links {target}"
+            if anchor and there in anchors:
+                assert anchor in anchors[there], f"{path} links {target}"
     assert sum(path.stat().st_size for path in site.rglob("*") if ".doctrees" not in path.parts) < 5e6

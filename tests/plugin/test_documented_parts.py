@@ -1,4 +1,4 @@
-"""The parts that docs/extending.md shows, as a package beside ours: chosen by kind, conforming, and run."""
+"""The parts that docs/howto/extending.md shows, as a package beside ours: chosen by kind, conforming, and run."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ SHIPPED = [
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the documented package, as if it were installed."""
     folder = tmp_path_factory.mktemp("bench")
-    names = write_documented("extending.md", folder)
+    names = write_documented("howto/extending.md", folder)
     assert {"bench/robot.py", "conf/hardware/bench.yaml", "pyproject.toml"} <= set(names)
     points = tomllib.loads((folder / "pyproject.toml").read_text())["project"]["entry-points"]
     entries = {group: "\n".join(f"{name} = {value}" for name, value in one.items()) for group, one in points.items()}

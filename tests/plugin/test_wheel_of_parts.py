@@ -1,4 +1,4 @@
-"""The package that docs/extending.md shows, built as a wheel and installed beside ours in a new environment."""
+"""The package that docs/howto/extending.md shows, built as a wheel and installed beside ours in a new environment."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def laboratory(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with ``conf/`` and ``pipelines/`` of the documented package, and ``venv/`` with its wheel and ours."""
     folder = tmp_path_factory.mktemp("laboratory")
     source = tmp_path_factory.mktemp("source")
-    for name in write_documented("extending.md", source):
+    for name in write_documented("howto/extending.md", source):
         if name.startswith(("conf/", "pipelines/")):
             target = folder / name
             target.parent.mkdir(parents=True, exist_ok=True)

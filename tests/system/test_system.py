@@ -1,4 +1,4 @@
-"""Linux's own means and the portable ones keep the same promises, but where docs/platforms.md says otherwise."""
+"""Linux's own means and the portable ones keep the same promises, but where docs/howto/platforms.md says otherwise."""
 
 from __future__ import annotations
 

@@ -20,5 +20,5 @@ COMMAND = Variant(
     "command",
     settings="kendama_cli.settings.hardware:CommandHardware",
     makes="kendama_cli.devices.robot.udp.remote:open_command",
-    needs="a controller that speaks the protocol of docs/protocol.md",
+    needs="a controller that speaks the protocol of docs/reference/protocol.md",
 )

@@ -10,7 +10,7 @@ from kendama_cli.schema.arrays import Array
 
 
 def phase(share: Array, decay: float) -> Array:
-    """Return x = exp(-alpha s), the solution of x' = -alpha x / tau with x(0) = 1 (docs/equations.md eq. 4).
+    """Return x = exp(-alpha s), the solution of x' = -alpha x / tau with x(0) = 1 (equations.md eq. 4).
 
     ``share`` s = t / tau (n,) is the part of the motion that has passed, ``decay`` is alpha. Returns (n,).
     """
@@ -66,7 +66,7 @@ def widths_by_spacing(centers: Array, factor: float) -> Array:
 
 
 def activations(x: Array, centers: Array, widths: Array) -> Array:
-    """Return psi_j(x) = exp(-(x - c_j)^2 / (2 s_j^2)) (docs/equations.md eq. 5) for phases ``x`` (n,); (n, m).
+    """Return psi_j(x) = exp(-(x - c_j)^2 / (2 s_j^2)) (equations.md eq. 5) for phases ``x`` (n,); (n, m).
 
     Several sets of ``widths`` (w, m) take ``x`` as (n, 1); returns (n, w, m).
     """
@@ -76,7 +76,7 @@ def activations(x: Array, centers: Array, widths: Array) -> Array:
 
 
 def features(x: Array, centers: Array, widths: Array) -> Array:
-    """Return x psi_j(x) / sum_k psi_k(x), f = features @ weights (docs/equations.md eq. 5); shapes as
+    """Return x psi_j(x) / sum_k psi_k(x), f = features @ weights (equations.md eq. 5); shapes as
     ``activations``.
     """
     psi = activations(x, centers, widths)

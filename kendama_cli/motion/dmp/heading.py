@@ -47,7 +47,7 @@ def swing_heading_rad(plan: MotionPlan) -> float:
 def turned_plan(plan: MotionPlan, angle_rad: float) -> MotionPlan:
     """Return ``plan``, of coordinates of space, turned by ``angle_rad`` about z; turned at all it has all of them.
 
-    A primitive is linear in its places, velocities and weights together (docs/equations.md eq. 3), and so is the
+    A primitive is linear in its places, velocities and weights together (equations.md eq. 3), and so is the
     rotation vector of its cup in those of its turn.
     """
     if angle_rad == 0.0:

@@ -16,7 +16,7 @@ FORMAT = "kendama motion 1"
 TextFormat = Literal["json", "yaml"]
 
 _HEAD = """\
-# A movement primitive (docs/equations.md eq. 3-5); kendama run -p reuse encode.plan=THIS_FILE plays it.
+# A movement primitive (equations.md eq. 3-5); kendama run -p reuse encode.plan=THIS_FILE plays it.
 # Positions in m relative to the start; weights: one row per coordinate; variation: how the demonstrations differed.
 """
 

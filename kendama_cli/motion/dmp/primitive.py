@@ -1,4 +1,4 @@
-"""Dynamic movement primitives, and playing them (docs/equations.md eq. 3-5).
+"""Dynamic movement primitives, and playing them (equations.md eq. 3-5).
 
     v' = (K (g - y) - D v + f(x)) / tau,   y' = v / tau,   D = 2 sqrt K                          (3)
     x' = -alpha x / tau,   x(0) = 1                                                             (4)

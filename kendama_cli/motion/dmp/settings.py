@@ -11,7 +11,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class EncodeSettings:
-    """The primitive's fixed numbers (docs/equations.md eq. 3-5) and the way its weights are found."""
+    """The primitive's fixed numbers (equations.md eq. 3-5) and the way its weights are found."""
 
     plan: str | None = setting("a primitive in JSON or YAML, taken as it is; null: from demonstrations", file=True)
     functions: int = setting("number M of Gaussian basis functions per coordinate", at_least=2, at_most=200)

@@ -75,7 +75,7 @@ def limit_ratios(arm: RobotModel, joints: JointTrajectory) -> LimitRatios:
 
 
 def efforts_nm(arm: RobotModel, joints: JointTrajectory) -> Array:
-    """Return the torques (k, n) of ``joints``, about every ``SAMPLE_S``: docs/equations.md eq. 2 without the rope's
+    """Return the torques (k, n) of ``joints``, about every ``SAMPLE_S``: equations.md eq. 2 without the rope's
     tension.
     """
     thin = thinning(joints.t_s, SAMPLE_S)

@@ -121,7 +121,7 @@ def _limits(limits: BrakingLimiter, settings: LearnSettings) -> kernel.Limits:
 
 
 class CompiledRail:
-    """The cup accelerates as commanded, the rope's force and drag act on the ball (docs/equations.md eq. 1).
+    """The cup accelerates as commanded, the rope's force and drag act on the ball (equations.md eq. 1).
 
     The rope's reaction does not move the cup. ``numbers`` is the state as the compiled code takes it. The same model in
     DART (tests/simulation/swingup/rail_dart.py) gives the same numbers bit for bit.

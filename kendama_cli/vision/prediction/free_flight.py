@@ -29,7 +29,7 @@ class Transition(NamedTuple):
 
 @dataclass(frozen=True)
 class FreeFlight:
-    """Motion z'' = g - (k1 + k2 |z'|) z' of a ball on a slack rope (docs/equations.md eq. 1), both k over its mass.
+    """Motion z'' = g - (k1 + k2 |z'|) z' of a ball on a slack rope (equations.md eq. 1), both k over its mass.
 
     Without k2 it is linear in the first place and velocity: with a(s) = (1 - exp(-k1 s)) / k1 and b(s) =
     (s - a(s)) / k1 the place after s seconds is z0 + a(s) z0' + b(s) g and the velocity z0' exp(-k1 s) + a(s) g.

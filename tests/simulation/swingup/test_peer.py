@@ -18,7 +18,7 @@ mujoco = pytest.importorskip("mujoco", reason="mujoco (the extra 'benchmarks') i
 
 @pytest.mark.parametrize("name", ["pa10", "iiwa"])
 def test_inertia_and_bias_agree_with_mujoco(name: str) -> None:
-    """H and C q' + g of docs/equations.md eq. 2 for the bare links; MuJoCo drops the frames' masses of 1e-6 kg."""
+    """H and C q' + g of equations.md eq. 2 for the bare links; MuJoCo drops the frames' masses of 1e-6 kg."""
     game = kendama_game()
     settings = pa10() if name == "pa10" else ready(name)
     arm = RobotModel(dataclasses.replace(settings, rotor_inertia_kg_m2=None), game.cup, game.gravity_m_s2)

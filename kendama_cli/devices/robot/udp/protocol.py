@@ -1,6 +1,6 @@
 """Datagrams between robot and commander: their kinds, and one fixed little-endian layout for each.
 
-docs/protocol.md describes all of it for whoever writes the robot's end. The commander sends HELLO and OPEN (see
+reference/protocol.md describes all of it for whoever writes the end of the robot. The commander sends HELLO, OPEN (see
 seal.py), then RESET, COMMAND and HALT under counters that rise by one, or TORQUE in place of COMMAND; the robot
 answers with WELCOME, STATE, TORQUE_STATE or STOPPED under the same counter, or WORKING while a RESET is under way.
 TORQUE and TORQUE_STATE are laid out in torque_protocol.py.
