@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from kendama_cli.devices.camera.interface import SceneSource as SceneSource
     from kendama_cli.devices.camera.interface import StaleFrame as StaleFrame
     from kendama_cli.devices.camera.interface import too_old as too_old
-    from kendama_cli.devices.hand.interface import Demonstrator as Demonstrator
-    from kendama_cli.devices.hand.interface import DemonstratorSample as DemonstratorSample
+    from kendama_cli.devices.demonstrator.interface import Demonstrator as Demonstrator
+    from kendama_cli.devices.demonstrator.interface import DemonstratorSample as DemonstratorSample
     from kendama_cli.devices.robot.interface import Exchange as Exchange
     from kendama_cli.devices.robot.interface import JointCommand as JointCommand
     from kendama_cli.devices.robot.interface import Robot as Robot

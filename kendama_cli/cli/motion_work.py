@@ -11,7 +11,7 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import MotionPlan, holds_primitive, primitive_of
 from kendama_cli.cli import render
 from kendama_cli.config.site import find_site
-from kendama_cli.devices.hand.plan_file import TEXT_FORMATS, read_plan, text_format
+from kendama_cli.devices.demonstrator.plan_file import TEXT_FORMATS, read_plan, text_format
 from kendama_cli.errors import MissingPartError, StoreError, UsageError
 from kendama_cli.motion.dmp.plan_text import plan_text
 from kendama_cli.motion.dmp.variation import covariance, sample_plan

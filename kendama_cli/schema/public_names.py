@@ -28,7 +28,7 @@ DEFINED: dict[str, tuple[str, ...]] = {
     ),
     # interfaces: stages and devices
     "kendama_cli.stages.interface": ("LogWriter", "Stage", "StageContext", "StageResult"),
-    "kendama_cli.devices.hand.interface": ("Demonstrator", "DemonstratorSample"),
+    "kendama_cli.devices.demonstrator.interface": ("Demonstrator", "DemonstratorSample"),
     "kendama_cli.devices.streams.live_figures": ("LiveFigures",),
     "kendama_cli.devices.camera.interface": (
         "Camera",

@@ -12,7 +12,7 @@ import pytest
 from kendama_cli.artifacts.demonstration import DemonstrationSet
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan, holds_primitive, primitive_of
 from kendama_cli.cli.main import main
-from kendama_cli.devices.hand.plan_file import read_plan
+from kendama_cli.devices.demonstrator.plan_file import read_plan
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.settings.placement import Placement
 from kendama_cli.store import durable

@@ -20,7 +20,7 @@ from kendama_cli.config.compose import composed
 from kendama_cli.config.site import bundled_root, find_site
 from kendama_cli.devices.camera.calibration import read_calibration
 from kendama_cli.devices.camera.colour_file import read_colour
-from kendama_cli.devices.hand.file import open_files
+from kendama_cli.devices.demonstrator.file import open_files
 from kendama_cli.devices.recordings.flight_reader import read_tracks
 from kendama_cli.learning.verification import load_policy
 from kendama_cli.log.messages import RolloutMessage

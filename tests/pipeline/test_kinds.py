@@ -110,7 +110,7 @@ def test_the_code_of_the_chosen_parts_counts_and_that_of_others_and_of_the_chapt
     made = planner(tmp_path)
     code = {one.name: set(made.parts(one, {})["code"]) for one in made.pipeline.stages}
     assert "kendama_cli/devices/robot/udp/twin_client.py" in code["transfer"]
-    assert "kendama_cli/devices/hand/file.py" in code["capture"]
+    assert "kendama_cli/devices/demonstrator/file.py" in code["capture"]
     assert "kendama_cli/plugins/mocap/live.py" not in code["capture"]
     for name, files in code.items():
         assert f"kendama_cli/stages/{name}/stage.py" in files

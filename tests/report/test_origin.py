@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from kendama_cli.devices.hand.file import recordings_of
-from kendama_cli.devices.hand.settings import FileCapture
+from kendama_cli.devices.demonstrator.file import recordings_of
+from kendama_cli.devices.demonstrator.settings import FileCapture
 from kendama_cli.report.origin import robot_of, swings_of
 from kendama_cli.schema.settings import build
 from kendama_cli.stages.transfer import STAGE

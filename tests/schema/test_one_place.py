@@ -16,7 +16,7 @@ import kendama_cli
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.control.scene_history import SceneHistory
 from kendama_cli.devices.camera.calibration import camera_model
-from kendama_cli.devices.hand.recording import unit_rotations
+from kendama_cli.devices.demonstrator.recording import unit_rotations
 from kendama_cli.devices.robot.interface import SceneState
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.log.writer import canonical_json as logged_json

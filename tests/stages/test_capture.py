@@ -4,7 +4,7 @@ import pytest
 from kendama_cli.artifacts.demonstration import DemonstrationSet
 from kendama_cli.errors import InputError
 from kendama_cli.stages.capture.stage import Capture
-from tests.devices.hand.files import csv_lines, file_settings, swing, write
+from tests.devices.demonstrator.files import csv_lines, file_settings, swing, write
 from tests.memory_context import MemoryContext
 
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.camera.film import Film
-from kendama_cli.devices.hand.file import RecordedDemonstrator, hands_of
-from kendama_cli.devices.hand.recording import Recording
-from kendama_cli.devices.hand.segments import checked_swings
+from kendama_cli.devices.demonstrator.file import RecordedDemonstrator, hands_of
+from kendama_cli.devices.demonstrator.recording import Recording
+from kendama_cli.devices.demonstrator.segments import checked_swings
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.motion.rotation import exponential, inverse, log_of, multiply, rotated
 from kendama_cli.plugins.marker.detection import MarkerDetector

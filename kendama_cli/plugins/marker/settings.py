@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from kendama_cli.devices.hand.settings import PlausibleSettings
+from kendama_cli.devices.demonstrator.settings import PlausibleSettings
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
 

@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from kendama_cli.devices.hand.axes import determinant, mirror_problem, to_ours
-from kendama_cli.devices.hand.file import RecordedDemonstrator, hands_of
-from kendama_cli.devices.hand.recording import Recording, unit_rotations
-from kendama_cli.devices.hand.segments import checked_swings
-from kendama_cli.devices.hand.tidy import tidied
+from kendama_cli.devices.demonstrator.axes import determinant, mirror_problem, to_ours
+from kendama_cli.devices.demonstrator.file import RecordedDemonstrator, hands_of
+from kendama_cli.devices.demonstrator.recording import Recording, unit_rotations
+from kendama_cli.devices.demonstrator.segments import checked_swings
+from kendama_cli.devices.demonstrator.tidy import tidied
 from kendama_cli.devices.recordings.body_track import BodyTrack
 from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.devices.recordings.recording_format import name_of

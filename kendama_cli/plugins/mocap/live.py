@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.devices.hand.file import RecordedDemonstrator, hands_of
-from kendama_cli.devices.hand.segments import checked_swings
-from kendama_cli.devices.hand.settings import FARTHEST_M
+from kendama_cli.devices.demonstrator.file import RecordedDemonstrator, hands_of
+from kendama_cli.devices.demonstrator.segments import checked_swings
+from kendama_cli.devices.demonstrator.settings import FARTHEST_M
 from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.devices.streams.live_figures import LiveFigures, Tell
 from kendama_cli.devices.streams.stream_file import StreamFile

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from kendama_cli.devices.hand.axes import HANDEDNESS, Axes, Handedness, determinant, mirror_problem, to_ours
-from kendama_cli.devices.hand.settings import TIMES, PlausibleSettings
+from kendama_cli.devices.demonstrator.axes import HANDEDNESS, Axes, Handedness, determinant, mirror_problem, to_ours
+from kendama_cli.devices.demonstrator.settings import TIMES, PlausibleSettings
 from kendama_cli.devices.streams.stream_server import StreamServer
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting

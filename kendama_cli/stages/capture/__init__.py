@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kendama_cli.devices.hand.settings import CaptureSettings
+from kendama_cli.devices.demonstrator.settings import CaptureSettings
 from kendama_cli.schema.declaration import StageDeclaration
 from kendama_cli.stages.capture.messages import TOPICS
 

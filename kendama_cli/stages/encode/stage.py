@@ -11,7 +11,7 @@ import numpy as np
 
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
-from kendama_cli.devices.hand.plan_file import read_plan
+from kendama_cli.devices.demonstrator.plan_file import read_plan
 from kendama_cli.errors import StageError
 from kendama_cli.motion.dmp.agreement import apart, axes_of
 from kendama_cli.motion.dmp.averaging import COORDINATES, Deviation, Encoding, encode, prepare

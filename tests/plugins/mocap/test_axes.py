@@ -8,12 +8,12 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.devices.hand.file import open_files
-from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.file import open_files
+from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.plugins.mocap.settings import MocapCapture
 from kendama_cli.schema.settings import build
-from tests.devices.hand.files import CONF, file_settings, swing, write
+from tests.devices.demonstrator.files import CONF, file_settings, swing, write
 from tests.plugins.mocap.test_body import motive, settings
 
 T, P = swing()

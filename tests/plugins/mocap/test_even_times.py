@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
-from kendama_cli.devices.hand.tidy import even_times
+from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.tidy import even_times
 from kendama_cli.errors import InputError
 from tests.devices.streams.swing_server import SWING
 from tests.plugins.mocap.test_body import settings

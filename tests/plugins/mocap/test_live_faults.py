@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
 from kendama_cli.devices.streams.openigtlink import HEADER, TRANSFORM, crc64
 from kendama_cli.devices.streams.stream_server import USUAL_UNIT
 from kendama_cli.devices.streams.vrpn import COOKIE, POSE, POSE_TYPE, SENDER, TYPE, named

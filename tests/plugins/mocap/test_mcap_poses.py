@@ -9,10 +9,10 @@ import pytest
 from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.devices.hand.file import open_files
-from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.file import open_files
+from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
 from kendama_cli.errors import InputError, MissingPartError
-from tests.devices.hand.files import file_settings, swing
+from tests.devices.demonstrator.files import file_settings, swing
 from tests.plugins.mocap.test_body import settings
 
 T, P = swing()

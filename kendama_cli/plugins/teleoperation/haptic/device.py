@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.devices.hand.axes import to_ours
-from kendama_cli.devices.hand.interface import DemonstratorSample
+from kendama_cli.devices.demonstrator.axes import to_ours
+from kendama_cli.devices.demonstrator.interface import DemonstratorSample
 from kendama_cli.devices.streams.stream_file import StreamFile
 from kendama_cli.errors import ConfigError, HardwareError, KendamaError
 from kendama_cli.plugins.teleoperation.haptic.coupling import Coupling

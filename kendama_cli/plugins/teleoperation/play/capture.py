@@ -6,8 +6,8 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
-from kendama_cli.devices.hand.file import RecordedDemonstrator, hands_of, recordings_of
-from kendama_cli.devices.hand.recording import Recording
+from kendama_cli.devices.demonstrator.file import RecordedDemonstrator, hands_of, recordings_of
+from kendama_cli.devices.demonstrator.recording import Recording
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.teleoperation.play.settings import PlayCapture
 from kendama_cli.plugins.teleoperation.play.tries import Try, read_try

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from kendama_cli.devices.hand.settings import FileCapture
+from kendama_cli.devices.demonstrator.settings import FileCapture
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
 

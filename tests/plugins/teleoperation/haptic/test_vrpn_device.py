@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.interface import DemonstratorSample
+from kendama_cli.devices.demonstrator.interface import DemonstratorSample
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.plugins.teleoperation.haptic.device import HapticDemonstrator, HapticLink
 from kendama_cli.plugins.teleoperation.haptic.device_protocols import Grip, Place, Told, Trouble, VrpnDevice

@@ -8,10 +8,10 @@ from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSet
 from mcap.writer import CompressionType, Writer
 
-from kendama_cli.devices.hand.file import open_files
+from kendama_cli.devices.demonstrator.file import open_files
 from kendama_cli.errors import InputError
 from kendama_cli.schema import foxglove
-from tests.devices.hand.files import file_settings, read, swing
+from tests.devices.demonstrator.files import file_settings, read, swing
 from tests.log.made_logs import memory_log
 
 T, P = swing()

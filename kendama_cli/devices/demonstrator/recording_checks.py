@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from kendama_cli.devices.hand.continuity import check_frozen, check_jumps, check_rate, doubts_of_continuity
-from kendama_cli.devices.hand.recording import MAX_SAMPLES, MIN_SAMPLES, Recording
-from kendama_cli.devices.hand.settings import PlausibleSettings
-from kendama_cli.devices.hand.swing_axes import check_axes
+from kendama_cli.devices.demonstrator.continuity import check_frozen, check_jumps, check_rate, doubts_of_continuity
+from kendama_cli.devices.demonstrator.recording import MAX_SAMPLES, MIN_SAMPLES, Recording
+from kendama_cli.devices.demonstrator.settings import PlausibleSettings
+from kendama_cli.devices.demonstrator.swing_axes import check_axes
 from kendama_cli.errors import InputError
 
 

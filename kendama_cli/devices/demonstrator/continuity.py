@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kendama_cli.devices.hand.recording import Recording
+from kendama_cli.devices.demonstrator.recording import Recording
 from kendama_cli.errors import InputError
 from kendama_cli.motion.sampling import step_s
 from kendama_cli.schema.arrays import Array

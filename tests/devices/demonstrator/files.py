@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from kendama_cli.devices.hand.file import open_files
-from kendama_cli.devices.hand.settings import FileCapture
+from kendama_cli.devices.demonstrator.file import open_files
+from kendama_cli.devices.demonstrator.settings import FileCapture
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import build
 

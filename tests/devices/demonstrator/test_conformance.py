@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.conformance import CHECKS
-from kendama_cli.devices.hand.file import RecordedDemonstrator
-from kendama_cli.devices.hand.interface import DemonstratorSample
-from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
-from tests.devices.hand.files import csv_lines, file_settings, write
-from tests.devices.hand.test_mcap_log import P, T, write_mcap
+from kendama_cli.devices.demonstrator.conformance import CHECKS
+from kendama_cli.devices.demonstrator.file import RecordedDemonstrator
+from kendama_cli.devices.demonstrator.interface import DemonstratorSample
+from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from tests.devices.demonstrator.files import csv_lines, file_settings, write
+from tests.devices.demonstrator.test_mcap_log import P, T, write_mcap
 
 
 @pytest.fixture(params=["text", "mcap"])

@@ -5,8 +5,8 @@ import datetime
 import numpy as np
 import pytest
 
-from tests.devices.hand.files import csv_lines, file_settings, read, swing, write
-from tests.devices.hand.test_bad_input import refusal
+from tests.devices.demonstrator.files import csv_lines, file_settings, read, swing, write
+from tests.devices.demonstrator.test_bad_input import refusal
 
 T, P = swing()
 START = datetime.datetime(2024, 3, 30, 23, 59, 59, tzinfo=datetime.UTC)

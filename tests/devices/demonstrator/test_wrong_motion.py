@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.file import open_files
+from kendama_cli.devices.demonstrator.file import open_files
 from kendama_cli.errors import InputError
-from tests.devices.hand.files import file_settings
+from tests.devices.demonstrator.files import file_settings
 
 ROOT = Path(__file__).parents[3]
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.hand.hanging_ball import rise_of
-from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording
-from kendama_cli.devices.hand.recording_checks import check_samples, check_swing
-from kendama_cli.devices.hand.settings import PlausibleSettings
-from kendama_cli.devices.hand.swing_axes import NEVER_RISES
+from kendama_cli.devices.demonstrator.hanging_ball import rise_of
+from kendama_cli.devices.demonstrator.recording import MIN_SAMPLES, Recording
+from kendama_cli.devices.demonstrator.recording_checks import check_samples, check_swing
+from kendama_cli.devices.demonstrator.settings import PlausibleSettings
+from kendama_cli.devices.demonstrator.swing_axes import NEVER_RISES
 from kendama_cli.motion.dmp.onset import REST_WINDOW_S, SmoothSpeed
 from kendama_cli.schema.arrays import Array
 

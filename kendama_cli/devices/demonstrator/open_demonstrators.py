@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kendama_cli.devices.hand.interface import Demonstrator
-from kendama_cli.devices.hand.settings import DEMONSTRATORS, CaptureSettings
+from kendama_cli.devices.demonstrator.interface import Demonstrator
+from kendama_cli.devices.demonstrator.settings import DEMONSTRATORS, CaptureSettings
 from kendama_cli.devices.streams.live_figures import Tell, silent
 
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from kendama_cli.devices.recordings.flight_reader import read_tracks
 from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.errors import InputError
-from tests.devices.hand.files import swing, write
+from tests.devices.demonstrator.files import swing, write
 
 T, P = swing()
 BALL = P - [0.0, 0.0, 0.4]

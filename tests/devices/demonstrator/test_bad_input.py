@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.file import open_files
+from kendama_cli.devices.demonstrator.file import open_files
 from kendama_cli.errors import InputError
-from tests.devices.hand.files import csv_lines, file_settings, read, write
+from tests.devices.demonstrator.files import csv_lines, file_settings, read, write
 
 
 def refusal(path, name="file", **changes):

@@ -8,5 +8,7 @@ watches how the stream comes (see live_figures).
 from kendama_cli.schema.registry import Variant
 
 FILE = Variant(
-    "file", settings="kendama_cli.devices.hand.settings:FileCapture", makes="kendama_cli.devices.hand.file:open_files"
+    "file",
+    settings="kendama_cli.devices.demonstrator.settings:FileCapture",
+    makes="kendama_cli.devices.demonstrator.file:open_files",
 )

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.hand.recording import MIN_SAMPLES, Recording
+from kendama_cli.devices.demonstrator.recording import MIN_SAMPLES, Recording
 from kendama_cli.motion.dmp.onset import SmoothSpeed
 from kendama_cli.motion.sampling import step_s
 from kendama_cli.schema.arrays import Array

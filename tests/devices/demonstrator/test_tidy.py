@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from kendama_cli.devices.hand.file import open_files
+from kendama_cli.devices.demonstrator.file import open_files
 from kendama_cli.errors import InputError
-from tests.devices.hand.files import file_settings, write
+from tests.devices.demonstrator.files import file_settings, write
 from tests.motion.swings import path
 
 HEAD = "t_s,x_m,y_m,z_m"

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.devices.hand.recording import Recording, unit_rotations
-from kendama_cli.devices.hand.settings import Column, FileCapture
+from kendama_cli.devices.demonstrator.recording import Recording, unit_rotations
+from kendama_cli.devices.demonstrator.settings import Column, FileCapture
 from kendama_cli.devices.recordings.recording_format import name_of, text_of
 from kendama_cli.devices.recordings.text_table import Row, exact_seconds, head_length, number, rows_of, times
 from kendama_cli.errors import InputError

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.devices.hand.interface import Demonstrator
-from kendama_cli.devices.hand.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import Demonstrator
+from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
 from kendama_cli.motion.sampling import step_s
 
 OpenDemonstrators = Callable[[], Sequence[Demonstrator]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal, Protocol
 
-from kendama_cli.devices.hand.axes import HANDEDNESS, Handedness
+from kendama_cli.devices.demonstrator.axes import HANDEDNESS, Handedness
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting

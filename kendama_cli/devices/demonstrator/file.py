@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.devices.hand.axes import mirror_problem, parity
-from kendama_cli.devices.hand.interface import DemonstratorSample
-from kendama_cli.devices.hand.recording import Recording, unit_rotations
-from kendama_cli.devices.hand.segments import checked_swings
-from kendama_cli.devices.hand.settings import FileCapture
-from kendama_cli.devices.hand.text import read_text
-from kendama_cli.devices.hand.tidy import tidied
+from kendama_cli.devices.demonstrator.axes import mirror_problem, parity
+from kendama_cli.devices.demonstrator.interface import DemonstratorSample
+from kendama_cli.devices.demonstrator.recording import Recording, unit_rotations
+from kendama_cli.devices.demonstrator.segments import checked_swings
+from kendama_cli.devices.demonstrator.settings import FileCapture
+from kendama_cli.devices.demonstrator.text import read_text
+from kendama_cli.devices.demonstrator.tidy import tidied
 from kendama_cli.devices.recordings.mcap_poses import listed, pose_topics, read_pose_tracks
 from kendama_cli.devices.recordings.poses import PoseTrack
 from kendama_cli.devices.recordings.recording_format import BAG, C3D, MCAP, STREAM, TABLE, format_of

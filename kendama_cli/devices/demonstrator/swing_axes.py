@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from kendama_cli.devices.hand.hanging_ball import rise_of
-from kendama_cli.devices.hand.recording import Recording
+from kendama_cli.devices.demonstrator.hanging_ball import rise_of
+from kendama_cli.devices.demonstrator.recording import Recording
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
 
