@@ -1,22 +1,25 @@
-"""The files that a page of the docs shows: each code block whose first line is a comment with its path."""
+"""The packages in examples/ that the how-to pages show: a copy beside ours, as if it were installed."""
 
 from __future__ import annotations
 
-import re
+import shutil
+import tomllib
 from pathlib import Path
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
-BLOCK = re.compile(r"^```(?:python|yaml|toml)\n# (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 
-def write_documented(page: str, folder: Path) -> list[str]:
-    """Write the files that ``docs/PAGE`` shows below ``folder``; their paths."""
-    found = BLOCK.findall((DOCS / page).read_text())
-    for name, content in found:
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(content)
-    return [name for name, _ in found]
+def copy_example(name: str, folder: Path) -> None:
+    """Copy the files of the package ``examples/NAME`` into ``folder``."""
+    shutil.copytree(EXAMPLES / name, folder, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
+
+
+def install_example(name: str, folder: Path) -> None:
+    """Copy ``examples/NAME`` into ``folder`` and make it look installed there."""
+    copy_example(name, folder)
+    points = tomllib.loads((folder / "pyproject.toml").read_text())["project"]["entry-points"]
+    groups = {group: "\n".join(f"{point} = {value}" for point, value in one.items()) for group, one in points.items()}
+    declare_installed(folder, name, groups)
 
 
 def declare_installed(folder: Path, name: str, groups: dict[str, str]) -> None:

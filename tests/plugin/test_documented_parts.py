@@ -1,4 +1,4 @@
-"""The parts that docs/howto/extending.md shows, as a package beside ours: chosen by kind, conforming, and run."""
+"""The parts of examples/bench, which the how-to pages show, beside ours: chosen by kind, conforming, and run."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import json
 import os
 import subprocess
 import sys
-import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -15,9 +14,9 @@ import pytest
 
 from kendama_cli.schema.registry import declared
 from tests import warm_command
-from tests.documented_package import declare_installed, write_documented
+from tests.documented_package import install_example
 
-HAND, CAMERA, ROBOT, CONTROLLER, DETECTOR, LEARNER = (
+DEMONSTRATOR, CAMERA, ROBOT, CONTROLLER, DETECTOR, LEARNER = (
     "demonstrator",
     "camera",
     "robot",
@@ -26,7 +25,7 @@ HAND, CAMERA, ROBOT, CONTROLLER, DETECTOR, LEARNER = (
     "learner",
 )
 DOCUMENTED = {
-    HAND: "capture=bench",
+    DEMONSTRATOR: "capture=bench",
     CAMERA: "camera=bench",
     ROBOT: "hardware=bench",
     DETECTOR: "predict/detector=bench",
@@ -34,7 +33,7 @@ DOCUMENTED = {
 }
 SHIPPED = [
     {
-        HAND: "capture=file",
+        DEMONSTRATOR: "capture=file",
         CAMERA: "camera=virtual",
         DETECTOR: "predict/detector=colour",
         LEARNER: "learn/learner=sarsa",
@@ -48,11 +47,7 @@ SHIPPED = [
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the documented package, as if it were installed."""
     folder = tmp_path_factory.mktemp("bench")
-    names = write_documented("howto/extending.md", folder)
-    assert {"bench/robot.py", "conf/hardware/bench.yaml", "pyproject.toml"} <= set(names)
-    points = tomllib.loads((folder / "pyproject.toml").read_text())["project"]["entry-points"]
-    entries = {group: "\n".join(f"{name} = {value}" for name, value in one.items()) for group, one in points.items()}
-    declare_installed(folder, "bench", entries)
+    install_example("bench", folder)
     return folder
 
 

@@ -1,4 +1,4 @@
-"""The package that docs/howto/extending.md shows, built as a wheel and installed beside ours in a new environment."""
+"""The package examples/bench, built as a wheel and installed beside ours in a new environment."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.documented_package import write_documented
+from tests.documented_package import copy_example
 
 
 @pytest.fixture(scope="module")
@@ -18,11 +18,9 @@ def laboratory(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with ``conf/`` and ``pipelines/`` of the documented package, and ``venv/`` with its wheel and ours."""
     folder = tmp_path_factory.mktemp("laboratory")
     source = tmp_path_factory.mktemp("source")
-    for name in write_documented("howto/extending.md", source):
-        if name.startswith(("conf/", "pipelines/")):
-            target = folder / name
-            target.parent.mkdir(parents=True, exist_ok=True)
-            (source / name).rename(target)
+    copy_example("bench", source)
+    for name in ("conf", "pipelines"):
+        (source / name).rename(folder / name)
     wheels = folder / "wheels"
     build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(wheels)]
     subprocess.run([*build, str(source)], check=True, capture_output=True)

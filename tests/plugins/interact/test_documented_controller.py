@@ -1,24 +1,19 @@
-"""The controller that docs/plugins/interact.md shows, and ours, keep the laws of controllers."""
+"""The controller of examples/springs, which a how-to page shows, and ours, keep the laws of controllers."""
 
 from __future__ import annotations
 
 import os
-import tomllib
 from pathlib import Path
 
 import pytest
 
 from tests import warm_command
-from tests.documented_package import declare_installed, write_documented
+from tests.documented_package import install_example
 
 
 @pytest.mark.parametrize("kind", ["springs", "force", "impedance"])
 def test_a_controller_passes_its_suite_chosen_by_kind_alone(tmp_path: Path, kind: str) -> None:
-    names = write_documented("plugins/interact.md", tmp_path)
-    assert {"springs/controller.py", "conf/interact/controller/springs.yaml", "pyproject.toml"} <= set(names)
-    points = tomllib.loads((tmp_path / "pyproject.toml").read_text())["project"]["entry-points"]
-    entries = {group: "\n".join(f"{name} = {value}" for name, value in one.items()) for group, one in points.items()}
-    declare_installed(tmp_path, "springs", entries)
+    install_example("springs", tmp_path)
     words = ["-m", "pytest", "-q", "-rp", "-p", "no:cacheprovider", "-p", "no:xdist", "-p", "kendama_cli.conformance"]
     words += ["--suite", "controller", "--override", f"interact/controller={kind}"]
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}

@@ -1,0 +1,15 @@
+"""Settings of the stage tempo."""
+
+from dataclasses import dataclass
+
+from kendama_cli.extension import ConfigError, setting
+
+
+@dataclass(frozen=True)
+class TempoSettings:
+    allowed_m_s: float = setting("maximum speed of the cup [m/s]", above=0)
+    tau_scales: tuple[float, ...] = setting("time scales to play", above=0)
+
+    def __post_init__(self):
+        if not self.tau_scales:  # a rule that a range cannot express
+            raise ConfigError("tau_scales", "'tau_scales' is empty; allowed: at least one time scale")
