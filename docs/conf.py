@@ -11,9 +11,11 @@ project = "kendama"
 project_copyright = "the kendama contributors"
 author = "The kendama developers"
 release = version = kendama_cli.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "declared"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "declared", "mathml"]
 exclude_patterns = ["README.md"]
 myst_heading_anchors = 3
+myst_enable_extensions = ["dollarmath"]
+html_math_renderer = "mathml"
 highlight_language = "none"  # indented blocks are command lines, equations and tables of text
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"

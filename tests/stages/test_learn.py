@@ -105,7 +105,7 @@ def test_reaching_the_cap_without_learning_ends_normally():
 
 
 def test_the_honest_task_is_learned_where_the_null_model_and_the_pump_do_not_solve_it():
-    """Six seeds that nothing was tuned on; what is reached is told in docs/explanation/learning.md."""
+    """Six seeds that nothing was tuned on; what is reached is reported in docs/results/learning.md."""
     every = [learn(MemoryContext(seed), "hard", count__evaluation_rollouts=50).metrics for seed in range(1000, 1006)]
     assert np.mean([metrics["rollouts_to_solved"] for metrics in every]) < 450
     assert sum(metrics["solved"] for metrics in every) >= 5

@@ -33,7 +33,7 @@ def learned():
 
 
 def test_a_few_rollouts_bring_ten_catches_in_a_row(learned):
-    assert learned.count.learned  # chance: 0.25 % of rollouts (docs/explanation/learning.md)
+    assert learned.count.learned  # chance: 0.25 % of rollouts (docs/results/learning.md)
 
 
 def test_the_model_is_that_of_the_pendulum_where_the_ball_has_been(learned):
