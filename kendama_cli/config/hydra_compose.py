@@ -12,11 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from hydra import compose, initialize_config_dir
+from hydra._internal.core_plugins.file_config_source import FileConfigSource
 from hydra.core.config_search_path import ConfigSearchPath, SearchPathQuery
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import OverrideType
 from hydra.core.plugins import Plugins
 from hydra.errors import OverrideParseException
+from hydra.plugins.config_source import ConfigResult
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.basecontainer import BaseContainer
@@ -34,20 +36,54 @@ Environment = dict[str, str | None]
 
 
 class FurtherFolders(SearchPathPlugin):
-    """Puts ``folders`` behind the folder that Hydra was initialised with, before the schema; Hydra constructs it."""
+    """Puts ``folders`` in the place of the folder that Hydra was initialised with; Hydra constructs it."""
 
     folders: tuple[Path, ...] = ()
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
-        """Add the folders to Hydra's search path; Hydra calls it while it is initialised."""
-        for folder in reversed(self.folders):
-            search_path.append("kendama", f"file://{folder}", anchor=SearchPathQuery(provider="main"))
+        """Put the folders on Hydra's search path; Hydra calls it while it is initialised."""
+        for element in search_path.get_path():
+            if element.provider == "main" and self.folders:
+                element.path = f"{KindDefaults.scheme()}://{self.folders[0]}"
+        for folder in reversed(self.folders[1:]):
+            path = f"{KindDefaults.scheme()}://{folder}"
+            search_path.append("kendama", path, anchor=SearchPathQuery(provider="main"))
+
+
+class KindDefaults(FileConfigSource):
+    """Files of a group that hold only what differs: the missing keys are those of the group's file ``<kind>.yaml``.
+
+    Hydra constructs it, for folders by this scheme. A file with a list of ``defaults`` says itself what it is based on.
+    """
+
+    @staticmethod
+    def scheme() -> str:
+        """Return the scheme of paths that Hydra reads through this class."""
+        return "kind"
+
+    def load_config(self, config_path: str) -> ConfigResult:
+        """Read a file; one with a ``kind`` that has a file of its own in the group gets it as its first default."""
+        read = super().load_config(config_path)
+        group, _, name = config_path.removesuffix(".yaml").rpartition("/")
+        config = read.config
+        if not group or not isinstance(config, DictConfig) or "defaults" in config:
+            return read
+        kind = str(config._get_node("kind"))  # as it is written: an interpolation names no file
+        files = (folder / group / f"{kind}.yaml" for folder in FurtherFolders.folders)
+        base = None if kind == name else next((file for file in files if file.is_file()), None)
+        if base is not None:
+            keys = load_yaml(base.read_text(encoding="utf-8"))
+            if isinstance(keys, dict) and "kind" not in keys:  # arms have none: it only says whose values these are
+                config.pop("kind")
+            config["defaults"] = [kind, "_self_"]
+        return read
 
 
 @contextlib.contextmanager
-def further_folders(folders: Sequence[Path]) -> Iterator[None]:
-    """Make Hydra search ``folders`` too, in this order, when it is initialised meanwhile."""
+def searched(folders: Sequence[Path]) -> Iterator[None]:
+    """Make Hydra search ``folders``, in this order, when it is initialised meanwhile."""
     Plugins.instance().register(FurtherFolders)
+    Plugins.instance().register(KindDefaults)
     FurtherFolders.folders = tuple(folders)
     try:
         yield
@@ -121,10 +157,9 @@ def _compose_files(
     folders: tuple[Path, ...], states: tuple[tuple[str | int, ...], ...], chosen: tuple[str, ...]
 ) -> tuple[DictConfig, Environment]:
     _check_files(folders, [Path(str(path)) for path, *_ in states])
-    first, *others = folders
     with (
-        further_folders(others),
-        initialize_config_dir(str(first), job_name="kendama", version_base="1.3"),
+        searched(folders),
+        initialize_config_dir(str(folders[0]), job_name="kendama", version_base="1.3"),
         recorded() as environment,
     ):
         config = compose("config", overrides=list(chosen))

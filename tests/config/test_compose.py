@@ -15,6 +15,7 @@ from kendama_cli.config.site import Site, bundled_root, find_site
 from kendama_cli.config.sweep import composed_each, expand_sweep
 from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline import command_cache
+from kendama_cli.pipeline.nodes import build_settings
 
 
 @pytest.fixture
@@ -107,7 +108,7 @@ def test_folders_of_any_name_are_searched_in_order(tmp_path: Path, monkeypatch: 
 def test_values_set_in_files_that_were_composed_before_are_set_as_hydra_sets_them(
     site: Site, values: list[str]
 ) -> None:
-    overrides = ["capture=iiwa_kendama", *values, "simulation/engine=rail"]
+    overrides = ["capture=file", *values, "simulation/engine=rail"]  # Hydra alone knows nothing of kinds
     with initialize_config_dir(str(site.conf_folders[0]), version_base="1.3"):
         wanted = OmegaConf.to_container(compose("config", overrides=overrides), resolve=True)
     found = [compose_with_hydra(site, overrides)[0] for _ in range(2)]
@@ -136,3 +137,43 @@ def test_a_changed_file_and_a_changed_variable_are_seen_by_the_same_process(
         (tmp_path / "conf/picked/mine.yaml").write_text(f"alpha: {alpha}\n")
         for _ in range(2):
             assert compose_with_hydra(find_site(), ["learn=chosen"])[0]["learn"]["alpha"] == alpha
+
+
+def _written(tmp_path: Path, name: str, text: str) -> Site:
+    file = tmp_path / "conf" / name
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text)
+    return find_site()
+
+
+def test_a_file_of_a_group_holds_only_what_differs_from_its_kind(site: Site, tmp_path: Path) -> None:
+    site = _written(tmp_path, "capture/mine.yaml", "kind: file\nunit: mm\ncolumns: {x: 2}\n")
+    expected = composed(site, ["capture=file", "capture.unit=mm", "capture.columns.x=2"])
+    assert composed(site, ["capture=mine"]) == expected
+    assert composed(site, ["capture=mine", "capture.unit=cm"])["capture"]["unit"] == "cm"
+
+
+def test_a_kind_brings_its_nested_groups_which_can_be_chosen(site: Site, tmp_path: Path) -> None:
+    site = _written(tmp_path, "camera/mine.yaml", "kind: virtual\nrate_hz: 60.0\n")
+    chosen = ["camera/sensor=webcam"]
+    assert composed(site, ["camera=mine", *chosen]) == composed(site, ["camera.rate_hz=60.0", *chosen])
+
+
+def test_an_arm_takes_the_missing_keys_from_the_arm_that_its_kind_names(site: Site, tmp_path: Path) -> None:
+    site = _written(tmp_path, "robot/mine.yaml", "kind: urdf\nname: mine\npath: mine.urdf\n")
+    expected = composed(site, ["robot=urdf", "robot.name=mine", "robot.path=mine.urdf"])
+    assert composed(site, ["robot=mine"]) == expected
+
+
+def test_an_unknown_key_of_a_file_of_ones_own_is_refused(site: Site, tmp_path: Path) -> None:
+    site = _written(tmp_path, "capture/mine.yaml", "kind: file\nunits: mm\n")
+    with pytest.raises(ConfigError, match=r"'capture\.units'.*unit"):
+        build_settings(composed(site, ["capture=mine"]))
+
+
+def test_kinds_that_refer_to_each_other_are_refused_in_one_line(site: Site, tmp_path: Path) -> None:
+    _written(tmp_path, "capture/one.yaml", "kind: two\n")
+    site = _written(tmp_path, "capture/two.yaml", "kind: one\n")
+    with pytest.raises(ConfigError) as refused:
+        composed(site, ["capture=one"])
+    assert "\n" not in str(refused.value)
