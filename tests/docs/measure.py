@@ -85,9 +85,10 @@ class Page:
     @property
     def phrases(self) -> list[str]:
         """Sentences and cells with a banned phrase or first word."""
+        hidden = [one for one in self.sentences if one.split()[0] in CLAUSES and not one.endswith("?")]
         text = [*self.sentences, *self.cells]
         banned = [one for one in text if any(re.search(rf"\b{phrase}\b", one, re.I) for phrase in PHRASES)]
-        return banned + [one for one in self.sentences if one.split()[0] in CLAUSES and not one.endswith("?")]
+        return list(dict.fromkeys([*banned, *hidden]))
 
 
 def count(text: str) -> int:
