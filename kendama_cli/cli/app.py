@@ -155,8 +155,9 @@ def report(
         list[str] | None,
         typer.Argument(
             metavar="[RUN]...",
-            help="Ids of runs; the newest if left out. Several are compared in one page.",
-            autocompletion=completion.runs,
+            help="Ids or numbers of runs, ranges 1..40, sweep:NAME, or last; the newest run if left out. Several are "
+            "compared in one page.",
+            autocompletion=completion.selections,
         ),
     ] = None,
     output: Annotated[
@@ -177,11 +178,9 @@ def report(
     home: Home = None,
 ) -> None:
     """Make a self-contained HTML page from the logs of a run, or of several beside each other."""
-    from kendama_cli.pipeline.record import find_run
+    from kendama_cli.pipeline.run_selection import select_runs
 
-    folder = find_site(home).home
-    names: list[str | None] = [*dict.fromkeys(runs)] if runs else [None]
-    records = [find_run(folder, name) for name in names]
+    records = select_runs(find_site(home).home, runs or [])
     if video is not None:
         from kendama_cli.pipeline.film import film_run  # the ray caster
 
@@ -206,6 +205,10 @@ def sweep(
     jobs: Annotated[
         int | None, typer.Option("-j", "--jobs", metavar="N", min=1, help="Runs at once [one per core].")
     ] = None,
+    name: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Name of the sweep, for sweep:NAME [the date and the keys that vary]."),
+    ] = None,
     report: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write one page that compares all runs, when they have ended.")
     ] = None,
@@ -218,7 +221,9 @@ def sweep(
     from kendama_cli.cli.sweep_work import sweep_pipeline
 
     site = find_site(home, config_dir)
-    return sweep_pipeline(site, pipeline, until, overrides or [], on=on, jobs=jobs, report=report, as_json=as_json)
+    return sweep_pipeline(
+        site, pipeline, until, overrides or [], on=on, jobs=jobs, name=name, report=report, as_json=as_json
+    )
 
 
 @app.command()

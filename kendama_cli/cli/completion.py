@@ -75,6 +75,18 @@ def runs(incomplete: str) -> list[str]:
 
 
 @_quietly
+def selections(incomplete: str) -> list[str]:
+    """Return the ids of past runs, newest first, and ``last``; after ``sweep:`` the names of sweeps."""
+    from kendama_cli.pipeline.run_selection import LAST, SWEEP, sweep_names
+    from kendama_cli.store.runs import run_names
+
+    home = find_site().home
+    if incomplete.startswith(SWEEP):
+        return [f"{SWEEP}{name}" for name in sweep_names(home)]
+    return [*run_names(home)[::-1], LAST, SWEEP]
+
+
+@_quietly
 def export_formats(incomplete: str) -> list[str]:
     """Return the formats of ``log export``."""
     from kendama_cli.pipeline.log_export import EXPORTERS

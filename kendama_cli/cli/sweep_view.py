@@ -22,6 +22,7 @@ from kendama_cli.pipeline.sweep import SweepJob
 
 FAILURES_SHOWN = 5
 HEADLINES = 4
+DIGITS = 4
 RUNS_LISTED = 8
 """So many runs are listed one by one at the end; of more, only what they came to together, and those that failed."""
 
@@ -113,11 +114,11 @@ def _numbers(outcome: StageOutcome) -> dict[str, Any]:
     return {name: value for name, value in outcome.metrics.items() if name != "warnings"}
 
 
-def show_sweep(records: Sequence[RunRecord]) -> None:
+def show_sweep(records: Sequence[RunRecord], name: str | None = None) -> None:
     """Show the results of the runs: each of a few, else for each setting the mean over its seeds with a 95 %
     interval.
 
-    Runs that failed are always listed, with the reason.
+    Runs that failed are always listed, with the reason; ``name`` is the sweep's, for the next command.
     """
     done = [record for record in records if record.outcome == "done"]
     failures = failure_lines(records)
@@ -132,6 +133,8 @@ def show_sweep(records: Sequence[RunRecord]) -> None:
     for line in failures:
         render.text(line)
     render.text(f"{len(done)} of {len(records)} runs done{f', {len(failures)} not' if failures else ''}")
+    if name is not None:
+        render.text(f"sweep {name}; see it with: kendama runs --table sweep:{name}, or kendama report sweep:{name}")
 
 
 def failure_lines(records: Sequence[RunRecord]) -> list[str]:
@@ -145,25 +148,15 @@ def failure_lines(records: Sequence[RunRecord]) -> list[str]:
 
 
 def _show_means(done: Sequence[RunRecord]) -> None:
-    import numpy as np  # noqa: PLC0415
+    from kendama_cli.report.run_table import RunFacts, run_table  # noqa: PLC0415 - numpy
 
-    from kendama_cli.report.bootstrap import bootstrap  # noqa: PLC0415 - numpy
-
-    groups: dict[str, list[StageOutcome]] = {}
-    for record in done:
-        label = " ".join(text for text in record.overrides if not text.startswith("seed=")) or "as configured"
-        groups.setdefault(label, []).append(record.stages[-1])
+    stage = done[0].stages[-1]
+    metrics = [f"{stage.name}.{name}" for name in list(_numbers(stage))[:HEADLINES]]
+    table = run_table([RunFacts.of(record.document()) for record in done], metrics)
     rows = []
-    for label, stages in groups.items():
-        if len(stages) < 2:
-            continue
-        for name in list(_numbers(stages[0]))[:HEADLINES]:
-            found = [one.metrics.get(name) for one in stages]
-            values = np.array([float(value) for value in found if isinstance(value, bool | int | float)])
-            if len(values) != len(stages) or not np.isfinite(values).all():
-                continue
-            low, high = bootstrap(values, np.mean) or (float(values[0]), float(values[0]))
-            interval = f"{render.figure(float(values.mean()))} [{render.figure(low)}, {render.figure(high)}]"
-            rows.append((label, f"{len(stages)}", f"{stages[0].name}.{name}", interval))
+    for row in table.rows:
+        pairs = [f"{key}={value}" for key, value in zip(table.settings, row.settings, strict=True)]
+        found = [(name, one) for name, one in zip(metrics, row.estimates, strict=True) if one is not None and one.n > 1]
+        rows += [(" ".join(pairs) or "all", str(len(row.runs)), name, one.text(DIGITS)) for name, one in found]
     if rows:
         render.table(rows, head=("setting", "runs", "metric", "mean [95 % over the runs]"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from kendama_cli.pipeline.nodes import NodeSettings, build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed
 from kendama_cli.pipeline.record import RunRecord
 from kendama_cli.pipeline.remembered import Remembered
+from kendama_cli.pipeline.run_selection import named_sweep
 from kendama_cli.pipeline.sweep import SweepJob, distinct, run_sweep
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store, with_executor
 from kendama_cli.store.store import Store
@@ -30,22 +32,24 @@ def sweep_pipeline(
     *,
     on: str | None,
     jobs: int | None,
+    name: str | None,
     report: Path | None,
     as_json: bool,
 ) -> int:
     """Run every combination, show how each ended, and compare them in one page where ``report`` is given."""
     combinations = expand_sweep(site, with_executor(overrides, on))
+    named = named_sweep(site.home, name, overrides, _varying(combinations), time.strftime("%Y-%m-%d", time.gmtime()))
     planned = plan_combinations(site, load_pipeline(pipeline, site.pipeline_folders).until(until), combinations)
     different = distinct(planned.jobs)
     if len(different) < len(planned.jobs):
         render.note(
             f"{len(planned.jobs)} combinations, {len(different)} different: no stage reads what the others change"
         )
-    records = dataclasses.replace(planned, jobs=different).run(jobs)
+    records = dataclasses.replace(planned, jobs=different).run(jobs, named)
     if as_json:
-        render.document({"runs": [record.document() for record in records]})
+        render.document({"sweep": named, "runs": [record.document() for record in records]})
     else:
-        show_sweep(records)
+        show_sweep(records, named)
     if report is not None:
         from kendama_cli.pipeline.report import write_report  # noqa: PLC0415 - matplotlib and pandas
 
@@ -61,12 +65,15 @@ class PlannedRuns:
     where: NodeSettings
     store: Store
 
-    def run(self, at_once: int | None = None) -> list[RunRecord]:
-        """Run each while a person watches, ``at_once`` together (None: as many as there are cores); how each ended."""
+    def run(self, at_once: int | None = None, name: str | None = None) -> list[RunRecord]:
+        """Run each while a person watches, ``at_once`` together (None: as many as there are cores); how each ended.
+
+        ``name`` is that of the sweep that they belong to.
+        """
         with open_cluster(self.store, self.where, render.note) as cluster, SweepView(self.jobs) as view:
             together = at_once or (os.cpu_count() or 1 if cluster is None else cluster.at_once)
             with cores_shared_by(min(together, len(self.jobs))):
-                return run_sweep(self.jobs, view.watch, at_once=together, cluster=cluster)
+                return run_sweep(self.jobs, view.watch, at_once=together, cluster=cluster, name=name)
 
 
 def plan_combinations(site: Site, declared: Pipeline, combinations: Sequence[Sequence[str]]) -> PlannedRuns:
@@ -80,3 +87,11 @@ def plan_combinations(site: Site, declared: Pipeline, combinations: Sequence[Seq
     for job in jobs:
         check_armed(job.planner, armed=False)
     return PlannedRuns(jobs, settings[0], store)
+
+
+def _varying(combinations: Sequence[Sequence[str]]) -> list[str]:
+    """Return the keys of the overrides in which ``combinations`` differ."""
+    values: dict[str, set[str]] = {}
+    for text in (one for texts in combinations for one in texts):
+        values.setdefault(text.partition("=")[0], set()).add(text)
+    return [key for key, found in values.items() if len(found) > 1]

@@ -74,6 +74,8 @@ class RunRecord:
     has_begun: bool = False
     cached_with: dict[str, Mapping[str, str]] = field(default_factory=dict)
     """Versions that the results of cached stages were made with."""
+    sweep: str | None = None
+    """Name of the sweep that the run belongs to."""
 
     @property
     def folder(self) -> Path:
@@ -82,7 +84,7 @@ class RunRecord:
 
     def document(self) -> dict[str, Any]:
         """Return the document that ``run --json`` prints."""
-        document = {
+        document: dict[str, Any] = {
             "run": self.run,
             "pipeline": self.pipeline,
             "overrides": self.overrides,
@@ -90,6 +92,7 @@ class RunRecord:
             "stages": [stage.document() for stage in self.stages],
             "read": list(self.read),
         }
+        document |= {} if self.sweep is None else {"sweep": self.sweep}
         return document if self.is_recorded else {**document, "recorded": False}
 
     @contextlib.contextmanager
@@ -169,13 +172,12 @@ def begin(
     known_versions: dict[str, str] | None = None,
     *,
     number: int | None = None,
+    sweep: str | None = None,
 ) -> RunRecord:
-    """Return a new record; ids sort by ``number``, by default the next. ``known_versions`` saves looking versions
-    up.
-    """
+    """Return a new record; ids sort by ``number``, by default the next. ``known_versions`` saves a look-up."""
     run = f"{next_number(home) if number is None else number:05d}-{os.urandom(3).hex()}"
     started = time.strftime("%Y-%m-%dT%H:%M:%S+00:00", time.gmtime())
-    return RunRecord(home, run, pipeline, overrides, started, versions=known_versions or versions())
+    return RunRecord(home, run, pipeline, overrides, started, versions=known_versions or versions(), sweep=sweep)
 
 
 def past_runs(home: Path) -> list[dict[str, Any]]:

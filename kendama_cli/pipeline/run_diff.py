@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from kendama_cli.pipeline.run_facts import flat, stage_parts
@@ -41,6 +41,36 @@ def run_differences(store: Store, before: Mapping[str, Any], after: Mapping[str,
     }
 
 
+def group_differences(before: Sequence[Mapping[str, Any]], after: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the differences between two groups of runs: their overrides, and each metric's mean and interval.
+
+    ``overrides`` holds the values of each key that differ between the groups; ``intervals`` every metric that has an
+    interval in both, and whether the intervals overlap.
+    """
+    from kendama_cli.report.run_table import RunFacts, estimate  # noqa: PLC0415 - numpy, for groups alone
+
+    groups = [[RunFacts.of(record) for record in one] for one in (before, after)]
+    values = [_values(one) for one in groups]
+    names = list(dict.fromkeys(name for one in groups for run in one for name in run.metrics))
+    intervals = {}
+    for name in names:
+        found = [one for group in groups if (one := estimate(group, name)) is not None]
+        bounds = [[one.low, one.high] for one in found if one.low is not None and one.high is not None]
+        if len(bounds) == len(groups):
+            intervals[name] = _compared([one.value for one in found], bounds)
+    return {
+        "runs": [[one.run for one in group] for group in groups],
+        "counts": [len(one) for one in groups],
+        "overrides": _different(*values),
+        "intervals": intervals,
+    }
+
+
+def _values(runs: Sequence[Any]) -> dict[str, str]:
+    keys = dict.fromkeys(key for one in runs for key in one.overrides)
+    return {key: ", ".join(dict.fromkeys(one.overrides.get(key, "-") for one in runs)) for key in keys}
+
+
 def _flat_all(configs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Return the settings by dotted keys; stages that read one node read the same."""
     return {
@@ -74,6 +104,11 @@ def _intervals(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str,
         ):
             continue
         bounds = [[float(one[key + end]) for end in INTERVAL] for one in (before, after)]
-        overlap = bounds[0][0] <= bounds[1][1] and bounds[1][0] <= bounds[0][1]
-        found[key] = {"values": [before[key], after[key]], "bounds": bounds, "overlap": overlap}
+        found[key] = _compared([before[key], after[key]], bounds)
     return found
+
+
+def _compared(values: list[Any], bounds: list[list[float]]) -> dict[str, Any]:
+    """Return two values with their intervals, and whether the intervals overlap."""
+    overlap = bounds[0][0] <= bounds[1][1] and bounds[1][0] <= bounds[0][1]
+    return {"values": values, "bounds": bounds, "overlap": overlap}

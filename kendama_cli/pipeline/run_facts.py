@@ -14,7 +14,7 @@ from kendama_cli.pipeline.run_tags import read_tags
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store
 
-RECORDED = ("run", "pipeline", "started", "outcome", "overrides", "tags", "note")
+RECORDED = ("run", "pipeline", "started", "outcome", "sweep", "overrides", "tags", "note")
 _TEST = re.compile(r"^\s*([A-Za-z0-9_.]+)\s*(<=|>=|!=|=|<|>|~)\s*(.*?)\s*$")
 _PARTS, _CONFIG = b', "parts": {"stage": "', b', "config": '
 """The beginning of a key's parts, and of the configuration in them: within a text its quotes have backslashes."""
@@ -75,7 +75,7 @@ class FactReader:
         A key is ``node.key`` of the configuration of a stage whose result is still stored, or ``stage.metric``.
         """
         tagged = read_tags(self._store.home, str(record["run"]))
-        known = {**record, "overrides": " ".join(record["overrides"]), "tags": " ".join(tagged.tags)}
+        known = {"sweep": "", **record, "overrides": " ".join(record["overrides"]), "tags": " ".join(tagged.tags)}
         facts = {name: value for name, value in {**known, "note": tagged.note}.items() if name in RECORDED}
         metrics = {str(stage["name"]): stage["metrics"] for stage in record["stages"]}
         for key in self._keys:

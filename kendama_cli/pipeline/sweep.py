@@ -42,10 +42,11 @@ def run_sweep(
     *,
     at_once: int,
     cluster: Starter | None = None,
+    name: str | None = None,
 ) -> list[RunRecord]:
     """Run every job, ``at_once`` together; a failed one does not stop the others. Records in the order of ``jobs``.
 
-    Stages that do nothing but compute go to ``cluster`` where there is one.
+    ``name`` is the sweep's in their records. Stages that do nothing but compute go to ``cluster`` where there is one.
 
     A KendamaError other than a failed stage (a full disk) stops the sweep and is raised, as KeyboardInterrupt is.
     """
@@ -57,7 +58,7 @@ def run_sweep(
 
     def run(number: int, job: SweepJob) -> RunRecord:
         home, pipeline = job.planner.store.home, job.planner.pipeline.name
-        record = begin(home, pipeline, job.overrides, installed, number=number)
+        record = begin(home, pipeline, job.overrides, installed, number=number, sweep=name)
         starter = starters.get()
         try:
             view = observe(job, record)
