@@ -19,6 +19,7 @@ from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.where import with_executor
+from tests.docs import output
 
 ROOT = Path(__file__).resolve().parents[2]
 # extending.md shows the parts of a package that is not installed here; tests/plugin runs what it shows
@@ -30,6 +31,7 @@ def lines_of(text: str) -> list[str]:
     """The command lines on a page: those of its code blocks, and those between backticks."""
     blocks = list(re.findall(r"^```(?:sh)?\n(.*?)^```", text, re.M | re.S))
     blocks += re.findall(r"^(?: {4}.*\n)+", text, re.M)
+    blocks += ["\n".join(output.commands(found["body"])) for found in output.BLOCK.finditer(text)]
     code = [line.split(" #")[0].strip() for block in blocks for line in block.splitlines()]
     code += [" ".join(line.split()) for line in re.findall(r"`(kendama [^`]+)`", text)]
     found = [part.strip(" &") for line in code for part in line.split("&&")]
