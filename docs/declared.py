@@ -1,10 +1,12 @@
 """Sphinx extension: what the pages list of stages, settings, topics and metrics is read from their declarations.
 
-Where a page says ``<!-- declared: NAME -->`` alone on a line, Markdown of the function NAME takes its place.
+Where a page says ``<!-- declared: NAME -->`` alone on a line, Markdown of the function NAME takes its place. A link to a
+CSV file alone on a line becomes its table, above the link.
 """
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import re
 import tempfile
@@ -24,6 +26,7 @@ from kendama_cli.schema.settings import registry_of, variants
 LONGEST = 60
 """Values with more characters are left out of a table."""
 _PLACE = re.compile(r"^<!-- declared: (\w+) -->$", re.M)
+_DATA = re.compile(r"^\[[^\]]+\]\(([\w/]+\.csv)\)$", re.M)
 
 
 def setup(app: Any) -> dict[str, Any]:
@@ -33,7 +36,15 @@ def setup(app: Any) -> dict[str, Any]:
 
 
 def _fill(app: Any, name: str, source: list[str]) -> None:
+    folder = (Path(app.srcdir) / name).parent
     source[0] = _PLACE.sub(lambda found: PARTS[found[1]](), source[0])
+    source[0] = _DATA.sub(lambda found: f"{data_table(folder / found[1])}\n{found[0]}", source[0])
+
+
+def data_table(path: Path) -> str:
+    """Return the table in Markdown of a CSV file, whose first row is its head."""
+    head, *rows = csv.reader(path.read_text().splitlines())
+    return "\n".join(_table(tuple(head), [tuple(row) for row in rows]))
 
 
 def stages() -> str:
