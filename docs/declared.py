@@ -1,7 +1,7 @@
 """Sphinx extension: what the pages list of stages, settings, topics and metrics is read from their declarations.
 
-Where a page says ``<!-- declared: NAME -->`` alone on a line, Markdown of the function NAME takes its place. A link to a
-CSV file alone on a line becomes its table, above the link.
+Where a page says ``<!-- declared: NAME -->`` alone on a line, Markdown of the function NAME takes its place. A link to
+a CSV file alone on a line becomes its table, above the link.
 """
 
 from __future__ import annotations
