@@ -55,7 +55,7 @@ class StageDeclaration:
     that a person must act for, ``moves = True`` on those of hardware that may be real. Where no settings say so it
     computes: a hand that reads files, or a simulated twin.
 
-    ``packages`` are further ones whose code counts for its result: see docs/howto/extending.md.
+    ``packages`` are further ones whose code counts for its result: see docs/howto/write-a-package.md.
     """
 
     name: str
