@@ -17,8 +17,11 @@ from typing import Any
 
 import yaml
 
+from kendama_cli import errors as kendama_errors
 from kendama_cli.config.compose import composed
-from kendama_cli.config.site import Site, find_site
+from kendama_cli.config.site import Site, bundled_root, find_site
+from kendama_cli.errors import KendamaError
+from kendama_cli.pipeline.catalogue import load_pipeline, pipeline_names
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.schema.declaration import StageDeclaration, find_stage, stage_names
 from kendama_cli.schema.settings import registry_of, variants
@@ -42,8 +45,9 @@ def _fill(app: Any, name: str, source: list[str]) -> None:
 
 
 def data_table(path: Path) -> str:
-    """Return the table in Markdown of a CSV file, whose first row is its head."""
-    head, *rows = csv.reader(path.read_text().splitlines())
+    """Return the table in Markdown of a CSV file, whose first row is its head; no interval breaks in two."""
+    text = re.sub(r"\[(-?[\d.]+), (-?[\d.]+ ?%?)\]", "[\\1,\N{NO-BREAK SPACE}\\2]", path.read_text())
+    head, *rows = csv.reader(text.splitlines())
     return "\n".join(_table(tuple(head), [tuple(row) for row in rows]))
 
 
@@ -67,10 +71,46 @@ def nodes() -> str:
     return "\n".join(lines)
 
 
+def overview() -> str:
+    """A table of the stages of the default pipeline, then of all others: what each does and returns."""
+    first = [spec.name for spec in load_pipeline("kendama", _pipeline_folders()).stages]
+    names = [*first, *(name for name in stage_names() if name not in first)]
+    found = [one for name in names if (one := find_stage(name)) is not None]
+    rows = [(f"[`{one.name}`](settings.md#stage-{one.name})", one.lead, f"`{_returned(one)}`") for one in found]
+    return "\n".join(_table(("stage", "what it does", "returns"), rows))
+
+
+def pipelines() -> str:
+    """A table of the bundled pipelines: the first sentence of each file, and its stages."""
+    folders, rows = _pipeline_folders(), []
+    for name in pipeline_names(folders):
+        lead = (folders[0] / f"{name}.yaml").read_text().splitlines()[0].removeprefix("# ")
+        stages = ", ".join(f"`{spec.name}`" for spec in load_pipeline(name, folders).stages)
+        rows.append((f"`{name}`", lead, stages))
+    return "\n".join(_table(("pipeline", "content", "stages"), rows))
+
+
+def errors() -> str:
+    """A table of the exit codes, and one of the error classes with what each means."""
+    codes = [("0", "done"), ("1", "a stage or a file failed"), ("2", "the request was wrong"), ("130", "interrupted")]
+    kinds = [one for one in vars(kendama_errors).values() if isinstance(one, type) and issubclass(one, KendamaError)]
+    rows = [(f"`{one.__name__}`", one.__base__.__name__, str(one.exit_code), _plain(one.__doc__)) for one in kinds]
+    table = _table(("class", "derives from", "exit code", "meaning"), rows)
+    return "\n".join([*_table(("exit code", "meaning"), codes), *table])
+
+
+def _pipeline_folders() -> list[Path]:
+    return [bundled_root() / "pipelines"]
+
+
+def _returned(stage: StageDeclaration) -> str:
+    return stage.returns.partition(":")[2]
+
+
 def _stage(stage: StageDeclaration, settings: _Settings) -> Iterator[str]:
-    yield from (f"## Stage {stage.name}", "", stage.lead, "", f"Gives `{stage.returns.partition(':')[2]}`.", "")
+    yield from (f"## Stage {stage.name}", "", stage.lead, "", f"Returns `{_returned(stage)}`.", "")
     if stage.headline:
-        yield from _table(("metric", "what it tells"), [(f"`{one.metric}`", one.words) for one in stage.headline])
+        yield from _table(("metric", "meaning"), [(f"`{one.metric}`", one.words) for one in stage.headline])
     if stage.topics:
         yield from _table(
             ("topic", "message", "fields"),
@@ -114,7 +154,7 @@ class _Settings:
             yield from (f"### {title}", "")
             if root.__doc__ and not root.__doc__.startswith(f"{root.__name__}("):
                 yield from (_plain(root.__doc__), "")
-            yield from _table(("key", "value in `conf/`", "what it is", "allowed"), rows)
+            yield from _table(("key", "value in `conf/`", "meaning", "allowed"), rows)
             waiting = [*deeper, *waiting]
 
     def _row(self, path: str, key: str, choice: str | None, entry: Any, hint: Any) -> tuple[str, str, str]:
@@ -210,4 +250,4 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Iterator[str]:
         yield ""
 
 
-PARTS = {"stages": stages, "nodes": nodes}
+PARTS = {"stages": stages, "nodes": nodes, "overview": overview, "pipelines": pipelines, "errors": errors}

@@ -9,7 +9,7 @@ from kendama_cli.settings.interact import InteractSettings
 STAGE = StageDeclaration(
     name="interact",
     title="Force control in a scene",
-    lead="An arm plays a script of poses and forces among bodies, its tool on springs in task space.",
+    lead="Plays a script of poses and forces in a scene, by impedance control of the tool.",
     run="kendama_cli.plugins.interact.stage:Interact",
     returns="kendama_cli.plugins.interact.artifact:InteractionResult",
     settings={"interact": InteractSettings},

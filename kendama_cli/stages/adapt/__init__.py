@@ -9,7 +9,7 @@ from kendama_cli.stages.adapt.messages import TOPICS
 STAGE = StageDeclaration(
     name="adapt",
     title="Adaptation",
-    lead=("An arm plays the primitive in simulation, and its time scale is searched until the ball lands in the cup."),
+    lead="Searches the time scale of the primitive at which the arm catches the ball in simulation.",
     run="kendama_cli.stages.adapt.stage:Adapt",
     returns="kendama_cli.artifacts.motion_plan:CatchMotion",
     settings={"adapt": AdaptSettings},

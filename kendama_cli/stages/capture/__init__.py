@@ -9,7 +9,7 @@ from kendama_cli.stages.capture.messages import TOPICS
 STAGE = StageDeclaration(
     name="capture",
     title="Demonstration",
-    lead="The swings that are learned from: the path of the cup in each.",
+    lead="Reads demonstrations: the path of the cup in each swing.",
     run="kendama_cli.stages.capture.stage:Capture",
     returns="kendama_cli.artifacts.demonstration:DemonstrationSet",
     settings={"capture": CaptureSettings},

@@ -9,9 +9,7 @@ from kendama_cli.stages.encode.messages import TOPICS
 STAGE = StageDeclaration(
     name="encode",
     title="Movement primitive",
-    lead=(
-        "Every coordinate becomes a dynamic movement primitive; its parameters are averaged over the demonstrations."
-    ),
+    lead="Fits a dynamic movement primitive to each coordinate, averaged over the demonstrations.",
     run="kendama_cli.stages.encode.stage:Encode",
     returns="kendama_cli.artifacts.motion_plan:MotionPlan",
     settings={"encode": EncodeSettings},

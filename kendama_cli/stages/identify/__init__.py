@@ -9,7 +9,7 @@ from kendama_cli.stages.identify.messages import TOPICS
 STAGE = StageDeclaration(
     name="identify",
     title="Friction identification",
-    lead=("The arm moves its joints at all speeds; what its torques do not explain is friction that nobody modelled."),
+    lead="Identifies the friction of each joint from an excitation; later stages compensate it.",
     run="kendama_cli.stages.identify.stage:Identify",
     returns="kendama_cli.artifacts.friction_model:FrictionModel",
     settings={"identify": IdentifySettings},

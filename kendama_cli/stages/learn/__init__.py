@@ -9,10 +9,7 @@ from kendama_cli.stages.learn.messages import TOPICS
 STAGE = StageDeclaration(
     name="learn",
     title="Swing-up without prior knowledge",
-    lead=(
-        "A learner (SARSA(λ), driven by random harmonic motions while it explores) learns from nothing to swing the "
-        "ball up, to release it and to catch it."
-    ),
+    lead="Learns to swing the ball up, to release and to catch it, without demonstrations.",
     run="kendama_cli.stages.learn.stage:Learn",
     returns="kendama_cli.artifacts.policy:PolicyArtifact",
     settings={"learn": LearnSettings},

@@ -9,7 +9,7 @@ from kendama_cli.stages.measure.messages import TOPICS
 STAGE = StageDeclaration(
     name="measure",
     title="The kendama",
-    lead=("The ball swings freely under a cup at rest: its period tells the rope, its dying away the drag of the air."),
+    lead="Measures rope and drag by a free swing of the ball under a cup at rest.",
     run="kendama_cli.stages.measure.stage:Measure",
     returns="kendama_cli.artifacts.kendama_model:KendamaModel",
     settings={"measure": SwingMeasurement | TrackMeasurement},

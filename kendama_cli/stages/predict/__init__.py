@@ -9,7 +9,7 @@ from kendama_cli.vision.settings import PredictSettings
 STAGE = StageDeclaration(
     name="predict",
     title="Catch prediction",
-    lead="A camera watches the ball fly; from its images the pose for the catch is predicted.",
+    lead="Predicts where and when to catch the ball from camera images of free flights.",
     run="kendama_cli.stages.predict.stage:Predict",
     returns="kendama_cli.artifacts.prediction:PredictionStudy",
     settings={"predict": PredictSettings},

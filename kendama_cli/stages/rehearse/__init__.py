@@ -9,7 +9,7 @@ from kendama_cli.stages.rehearse.settings import RehearseSettings
 STAGE = StageDeclaration(
     name="rehearse",
     title="First tries on an arm",
-    lead="The motion is checked, played by the twin, and then by the arm, slowly and without the ball.",
+    lead="Plays a checked motion on the twin, then on the arm, slowly and without the ball.",
     run="kendama_cli.stages.rehearse.stage:Rehearse",
     returns="kendama_cli.artifacts.rehearsal:Rehearsal",
     settings={"rehearse": RehearseSettings},

@@ -9,7 +9,7 @@ from kendama_cli.stages.transfer.messages import TOPICS
 STAGE = StageDeclaration(
     name="transfer",
     title="Transfer to the robot",
-    lead="Table and primitive go to the robot that hardware names, and the learning goes on there.",
+    lead="Continues learning on the hardware, imitates the swing, and plays full games through images.",
     run="kendama_cli.stages.transfer.stage:Transfer",
     returns="kendama_cli.artifacts.transfer_result:TransferResult",
     settings={"transfer": TransferSettings},

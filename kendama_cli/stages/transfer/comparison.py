@@ -186,7 +186,7 @@ def _spread(values: Array) -> Array:
 
 CHAPTER = EnsembleChapter(
     title="Transfer to other bodies",
-    lead="The table goes to a robot that is not the one it was learned on, and the learning goes on there.",
+    lead="Learning continues on a robot that differs from the model.",
     topics=(),
     figures=transfer_sweep_figures,
     tables=transfer_table,
