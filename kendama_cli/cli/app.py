@@ -257,12 +257,7 @@ def run_command(arguments: list[str], asked: CommandKey | None) -> int:
         if error.format_message().startswith("Usage:"):  # no command was given
             render.text(error.format_message())
             return USAGE
-        context = getattr(error, "ctx", None)
-        from kendama_cli.schema.renames import command_now_called  # for a mistake alone
+        from kendama_cli.cli.mistyped import mistake  # for a mistake alone
 
-        told = " ".join(error.format_message().split()).rstrip(".")
-        path = "" if context is None else str(context.command_path)
-        if hint := command_now_called(path, told):
-            raise UsageError(told.partition(". Did you mean")[0] + hint) from error
-        raise UsageError(told + (f"; see '{path} --help'" if path else "")) from error
+        raise UsageError(mistake(error, arguments)) from error
     return code if isinstance(code, int) else 0

@@ -25,11 +25,12 @@ from omegaconf.basecontainer import BaseContainer
 from omegaconf.resolvers import oc
 
 from kendama_cli.config.site import Site, configuration_files, group_options, groups
+from kendama_cli.config.typed import EXAMPLE, as_meant, for_shell, several_values, unreadable
 from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline.command_cache import environment_now, settled, stamps
-from kendama_cli.schema.hints import nearest, unknown_key
+from kendama_cli.schema.hints import listed, nearest, unknown_key, value_hint
 from kendama_cli.schema.plain_yaml import TooMuchError, check_plain, check_yaml, load_yaml
-from kendama_cli.schema.renames import new_key, value_now_called
+from kendama_cli.schema.renames import new_key, new_value
 
 Environment = dict[str, str | None]
 """Values by name; None for a variable that was not set."""
@@ -91,21 +92,14 @@ def searched(folders: Sequence[Path]) -> Iterator[None]:
         FurtherFolders.folders = ()
 
 
-def parse_overrides(overrides: list[str]) -> list[Any]:
+def parse_overrides(overrides: Sequence[str]) -> list[Any]:
     """Parse ``overrides`` by Hydra's grammar; raises ConfigError for one that does not fit it."""
     parsed = []
     for text in overrides:
         try:
             parsed += OverridesParser.create().parse_overrides([text])
         except OverrideParseException as error:
-            if "=" not in text:
-                raise ConfigError(
-                    text, f"'{text}' is not an override; write KEY=VALUE, as in seed=1 or capture=file"
-                ) from error
-            key = text.partition("=")[0]
-            raise ConfigError(
-                key, f"'{text}' cannot be read as KEY=VALUE; quote a value with special characters: {key}='\"...\"'"
-            ) from error
+            raise unreadable(text, text.partition("=")[0]) from error
     return parsed
 
 
@@ -116,6 +110,7 @@ def compose_with_hydra(site: Site, overrides: list[str]) -> tuple[dict[str, Any]
     the time goes into reading and merging them; other values are then set in it as Hydra sets them.
     """
     names = groups(site)
+    overrides = as_meant(site, overrides)
     _check_overrides(site, overrides, names)
     parsed = parse_overrides(overrides)
     values = [override for override in parsed if override.key_or_group not in names]
@@ -172,13 +167,13 @@ def _check_overrides(site: Site, overrides: list[str], names: list[str]) -> None
     for text, override in zip(overrides, parse_overrides(overrides), strict=True):
         key = override.key_or_group
         if not key:
-            raise ConfigError("", f"'{text}' has no key; write KEY=VALUE, as in seed=1 or capture=file")
+            raise ConfigError("", f"'{text}' has no key; type KEY=VALUE, as in {EXAMPLE}")
         if override.is_sweep_override():
-            raise ConfigError(
-                key, f"'{text}' gives several values; use 'kendama sweep' for one run each, or [a,b] for a list"
-            )
+            raise several_values(text, key)
         if key.partition(".")[0].partition("/")[0].partition("@")[0] == "hydra":
             raise ConfigError(key, f"'{text}' would change Hydra itself, which kendama does not offer")
+        if "." in key and key.replace(".", "/") in names and isinstance(override.value(), str):
+            raise ConfigError(key, f"'{key}' is a group; type {key.replace('.', '/')}={override.value()}")
         if key in names and not override.is_delete() and not isinstance(override.value(), str):
             options = ", ".join(group_options(site, key))
             raise ConfigError(key, f"'{text}' must name one choice of the group '{key}'; allowed: {options}")
@@ -214,17 +209,44 @@ def _plain_error(site: Site, overrides: list[str], error: Exception) -> ConfigEr
         options = group_options(site, override.key_or_group)
         if override.value() not in options:
             key = override.key_or_group
-            value, where = override.value(), key.replace("/", ".")
-            hint = value_now_called(where, value, options) or nearest(value, options)
-            return ConfigError(key, f"'{key}' is '{value}'; allowed: {', '.join(options)}{hint}")
+            hint = value_hint(key.replace("/", "."), override.value(), options, key)
+            if key == "capture" and Path(override.value()).suffix:
+                hint = f"; for a file type {for_shell(f'capture.path={override.value()}')}"
+            return ConfigError(key, listed(f"'{key}' is '{override.value()}'", hint, options))
     valid = [item.input_line for item in choices]
     if len(valid) < len(overrides):
         config, _ = compose_with_hydra(site, [text for text in valid if text is not None])
         for override in parse_overrides(overrides):
-            problem = _missing(config, override.key_or_group, names)
+            problem = _nested_group(site, override, names) or _missing(config, override.key_or_group, names)
             if problem is not None and not override.is_add() and not override.is_force_add():
                 return problem
-    return ConfigError("conf", "configuration: " + " ".join(str(error).split()))
+    remedy = f"; save {_not_utf8(site)} as UTF-8" if isinstance(error, UnicodeDecodeError) else ""
+    return ConfigError("conf", "configuration: " + " ".join(str(error).split()) + remedy)
+
+
+def _not_utf8(site: Site) -> str:
+    """Return the files of configuration that are no UTF-8."""
+    found = []
+    for file in configuration_files(site):
+        try:
+            file.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            found.append(str(file))
+        except OSError:
+            continue
+    return " and ".join(found)
+
+
+def _nested_group(site: Site, override: Any, names: list[str]) -> ConfigError | None:
+    """Return the error for a choice of a nested group by its last name: ``learner=sarsa`` is of ``learn/learner``."""
+    name, value = override.key_or_group, override.value()
+    having = [one for one in names if "/" in one and one.rpartition("/")[2] == name]
+    if name in names or not having:
+        return None
+    known = [(one, str(new_value(one.replace("/", "."), str(value)))) for one in having]
+    group, meant = next(((one, new) for one, new in known if new in group_options(site, one)), (having[0], "CHOICE"))
+    problem = f"unknown key '{name}'; type {group}={meant}"
+    return ConfigError(name, listed(problem, "", group_options(site, group)))
 
 
 def _below(node: dict[str, Any]) -> Iterator[str]:
@@ -238,7 +260,7 @@ def _below(node: dict[str, Any]) -> Iterator[str]:
 def _missing(config: dict[str, Any], key: str, names: list[str]) -> ConfigError | None:
     """Return the error for the first part of ``key`` that ``config`` does not have; None if it has all parts."""
     if "/" in key and key not in names:
-        return ConfigError(key, f"unknown group '{key}'; available: {', '.join(names)}{nearest(key, names)}")
+        return ConfigError(key, listed(f"unknown group '{key}'", nearest(key, names), names, "available"))
     node: Any = config
     walked = ""
     for part in key.split("."):

@@ -10,6 +10,7 @@ from typing import Any
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site, configuration_files, group_options
 from kendama_cli.errors import ConfigError
+from kendama_cli.schema.hints import listed
 from kendama_cli.schema.plain_yaml import scalars
 
 PLAIN_KEY = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
@@ -54,9 +55,11 @@ def expand_sweep(site: Site, overrides: Sequence[str]) -> list[list[str]]:
     from hydra.core.override_parser.types import Glob, Override  # noqa: PLC0415 - as in compose
 
     from kendama_cli.config.hydra_compose import parse_overrides  # noqa: PLC0415
+    from kendama_cli.config.typed import as_meant  # noqa: PLC0415
 
     choices: list[list[str]] = []
-    for text, override in zip(overrides, parse_overrides(list(overrides)), strict=True):
+    overrides = as_meant(site, overrides)
+    for text, override in zip(overrides, parse_overrides(overrides), strict=True):
         assert isinstance(override, Override)
         if not override.is_sweep_override():
             choices.append([text])
@@ -70,7 +73,7 @@ def expand_sweep(site: Site, overrides: Sequence[str]) -> list[list[str]]:
         if not values and not options and by_glob:
             raise ConfigError(key, f"'{text}': glob() picks options of a group, and '{key}' is none; list the values")
         if not values:
-            raise ConfigError(key, f"'{text}' names no value; available: {', '.join(options) or 'none'}")
+            raise ConfigError(key, listed(f"'{text}' names no value", "", options, "available"))
         choices.append(list(dict.fromkeys(values)))
     combinations: list[list[str]] = [[]]
     for values in choices:

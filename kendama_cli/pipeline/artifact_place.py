@@ -8,7 +8,7 @@ from typing import Any
 
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.record import find_run, past_runs
-from kendama_cli.schema.hints import nearest
+from kendama_cli.schema.hints import listed, nearest
 
 LOG = "log.mcap"
 
@@ -33,8 +33,8 @@ def recorded_stage(record: Mapping[str, Any], stage: str) -> Mapping[str, Any]:
     """Return the entry of ``stage`` in ``record``; raises UsageError if the run has no such stage."""
     stages: dict[str, Mapping[str, Any]] = {str(made["name"]): made for made in record["stages"]}
     if stage not in stages:
-        known = ", ".join(stages) or "none"
-        raise UsageError(f"run {record['run']} has no stage '{stage}'; it has {known}{nearest(stage, list(stages))}")
+        problem = f"run {record['run']} has no stage '{stage}'"
+        raise UsageError(listed(problem, nearest(stage, stages), stages, "it has"))
     return stages[stage]
 
 

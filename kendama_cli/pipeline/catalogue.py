@@ -10,7 +10,7 @@ from typing import Any
 
 from kendama_cli.errors import ConfigError, MissingPartError, UsageError
 from kendama_cli.schema.declaration import STAGES, StageDeclaration, find_stage, stage_names
-from kendama_cli.schema.hints import nearest
+from kendama_cli.schema.hints import listed, nearest
 from kendama_cli.schema.parts import comes_with
 from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.registry import resolve
@@ -45,8 +45,8 @@ class Pipeline:
             if spec.name == name:
                 return spec
         names = [spec.name for spec in self.stages]
-        known = f"it has {', '.join(names)}{nearest(name, names)}"
-        raise UsageError(f"{option} {name}: pipeline '{self.name}' has no such stage; {known}")
+        problem = f"{option} {name}: pipeline '{self.name}' has no such stage"
+        raise UsageError(listed(problem, nearest(name, names, f"{option} "), names, "it has"))
 
     def giving(self, artifact: type) -> StageSpec:
         """Return the first stage that declares ``artifact`` as its output; raises UsageError if none does."""
@@ -87,8 +87,8 @@ def load_pipeline(name: str, folders: Sequence[Path]) -> Pipeline:
     from kendama_cli.schema.renames import now_called, renamed  # noqa: PLC0415 - a table that is read in errors alone
 
     known = pipeline_names(folders)
-    hint = now_called(name, new) if (new := renamed("pipeline", "pipelines", name)) else nearest(name, known)
-    raise UsageError(f"no pipeline '{name}'; there are {', '.join(known)}{hint}")
+    hint = now_called(name, new) if (new := renamed("pipeline", "pipelines", name)) else nearest(name, known, "-p ")
+    raise UsageError(listed(f"no pipeline '{name}'", hint, known, "there are"))
 
 
 def _parse(name: str, path: Path) -> Pipeline:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import difflib
 import functools
 import glob
 import importlib.metadata
 import os
+import shlex
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +18,7 @@ from typing import Any
 from kendama_cli.errors import ConfigError, MissingPartError, install_line
 from kendama_cli.pipeline.code import FileIndex
 from kendama_cli.pipeline.remembered import Remembered
+from kendama_cli.schema.hints import listed
 from kendama_cli.schema.listed_file import listed_file
 from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.registry import resolve
@@ -166,19 +170,47 @@ def _find(
         if (one := _file_or_bag(plain)) is not None:
             return (str(one.resolve()),)
         if plain.is_dir():
-            glob_like = f", or a glob like '{pattern.rstrip('/')}/*.csv'" if several else ""
             bag = any(plain.glob("*.db3*")) or any(plain.glob("*.mcap*"))
             no_bag = f" (a ROS 2 bag without its {BAG_FACTS}: 'ros2 bag reindex' makes it)" if bag else ""
-            raise ConfigError(key, f"{key}: '{pattern}' is a folder{no_bag}; name a file{glob_like}")
+            raise ConfigError(
+                key, f"{key}: '{pattern}' is a folder{no_bag}; {_in_folder(plain, pattern, key, several=several)}"
+            )
         found = sorted(str(one) for name in glob.glob(str(plain), recursive=True) if (one := _file_or_bag(Path(name))))
         for name in found:
             if not durable.is_text(name):
                 raise ConfigError(key, f"{key}: the file name {name!a} is not UTF-8 text; rename the file")
         if found:
             return tuple(str(Path(name).resolve()) for name in found)
-    looked = "" if expanded.is_absolute() else f" (looked in {', '.join(str(root) for root in roots)})"
-    remedy = f"; {made_by}" if made_by else ""
-    raise ConfigError(key, f"{key}: no such file '{pattern}'{looked}{remedy}")
+    remedy = f"; {made_by}" if made_by else _nearest_file(expanded, key, roots)
+    problem = f"{key}: no such file '{pattern}'"
+    places = [str(root) for root in roots]
+    raise ConfigError(key, problem + remedy if expanded.is_absolute() else listed(problem, remedy, places, "looked in"))
+
+
+def _in_folder(folder: Path, pattern: str, key: str, *, several: bool) -> str:
+    """Return what to type for a folder where a file is asked for."""
+    endings = Counter(path.suffix for path in folder.iterdir() if path.is_file() and path.suffix)
+    if several:
+        ending = endings.most_common(1)[0][0] if endings and not endings[".csv"] else ".csv"
+        return f"type {shlex.quote(f'{key}={pattern.rstrip(chr(47))}/*{ending}')} for all files in it"
+    return f"name a file in it: {key}={pattern.rstrip('/')}/FILE"
+
+
+def _nearest_file(wanted: Path, key: str, roots: Sequence[Path]) -> str:
+    """Return what to type for a file that is not there: the one of the nearest name, else where to look."""
+    for root in roots:  # the first is the current folder
+        folder = root / wanted.parent
+        if not folder.is_dir():
+            return f"; there is no folder '{wanted.parent}'" if str(wanted.parent) != "." else ""
+        names = sorted(path.name for path in folder.iterdir() if path.is_file() and not path.name.startswith("."))
+        close = difflib.get_close_matches(wanted.name, names, n=1, cutoff=0.6)
+        if close:
+            return f", did you mean {shlex.quote(f'{key}={wanted.parent / close[0]}')}?"
+        alike = [name for name in names if wanted.suffix and name.endswith(wanted.suffix)]
+        if alike:
+            return f"; there {'is' if len(alike) == 1 else 'are'} {', '.join(alike[:5])}{', ...' if alike[5:] else ''}"
+        break
+    return ""
 
 
 def _file_or_bag(path: Path) -> Path | None:

@@ -62,7 +62,7 @@ def build_settings(config: Mapping[str, Any], known: Remembered | None = None) -
             raise broken or unknown_key(str(name), [*schemas, "seed"])
     seed = config.get("seed")
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise ConfigError("seed", f"'seed' is {seed!r}; allowed: a whole number, 0 or more")
+        raise ConfigError("seed", f"'seed' is {seed!r}; allowed: a whole number, 0 or more; type seed=0")
     built = {
         name: known.once(f"node {name}", (value,), functools.partial(build_value, schemas[name], value, name))
         for name, value in config.items()

@@ -234,8 +234,10 @@ def find_run(home: Path, run: str | None) -> dict[str, Any]:
         )
     from kendama_cli.schema.hints import nearest  # noqa: PLC0415 - only where there is something to say
 
-    problem = "no run" if not found else "several runs begin with"
-    raise UsageError(f"{problem} '{run}'; 'kendama runs' lists them{nearest(run, names)}")
+    if found:
+        raise UsageError(f"several runs begin with '{run}'; type more of one: {', '.join(matching[:5])}")
+    hint = nearest(run, names) or f"; the newest is {run_number(names[-1])}, and 'kendama runs' lists all"
+    raise UsageError(f"no run '{run}'{hint}")
 
 
 def version_differences(made_with: Mapping[str, str], here: Mapping[str, str] | None = None) -> list[str]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import operator
+import re
 import types
 import typing
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +18,7 @@ from functools import partial
 from typing import Annotated, Any, Literal, TypeVar
 
 from kendama_cli.errors import ConfigError, MissingPartError
-from kendama_cli.schema.hints import unknown_key, value_hint
+from kendama_cli.schema.hints import listed, unknown_key, value_hint
 from kendama_cli.schema.parts import comes_with
 from kendama_cli.schema.registry import Registry
 
@@ -182,7 +183,7 @@ def _value(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> A
         # True == 1 in Python, so the types count too
         if not any(type(value) is type(choice) and value == choice for choice in choices):
             names = [str(choice) for choice in choices]
-            raise ConfigError(key, f"'{key}' is {value!r}; allowed: {', '.join(names)}{value_hint(key, value, names)}")
+            raise ConfigError(key, listed(f"'{key}' is {value!r}", value_hint(key, value, names), names))
         return value
     if origin is tuple:
         return _tuple(annotation, value, key, facts)
@@ -217,8 +218,8 @@ def _variant(choices: Mapping[str, Callable[[], type]], value: Any, key: str, re
         for registry in registries:
             if line := comes_with(f"{key}={kind}", registry.group, str(kind)):
                 raise MissingPartError(str(kind), line)
-        hint = value_hint(key, kind, choices)
-        raise ConfigError(key, f"'{key}.kind' is {kind!r}; allowed: {', '.join(sorted(choices))}{hint}")
+        hint = value_hint(key, kind, choices, f"{key}.kind")
+        raise ConfigError(key, listed(f"'{key}.kind' is {kind!r}", hint, sorted(choices)))
     return build(choices[kind](), value, key)
 
 
@@ -243,10 +244,27 @@ def _scalar(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> 
     if annotation is float and isinstance(value, int) and not isinstance(value, bool):
         value, fits = _as_float(value, key), True
     if not fits:
-        raise ConfigError(key, f"'{key}' must be {wanted}, not {value!r}")
+        told = f"'{key}' must be {wanted}{_range(facts)}, not {value!r}"
+        raise ConfigError(key, told + _as_typed(annotation, value, key))
     if annotation in (int, float):
         _check_range(value, key, facts)
     return value
+
+
+WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
+NUMBER = re.compile(r"([+-]?\d+)[.,]?(\d*)\s*([^\d\s.,:-]*)")
+
+
+def _as_typed(annotation: Any, value: Any, key: str) -> str:
+    """Return the line to type for a value that reads like one of the type ``annotation``."""
+    text = str(value).strip()
+    if annotation is bool and text.lower() in WORDS:
+        return f"; type {key}={str(WORDS[text.lower()]).lower()}"
+    found = NUMBER.fullmatch(text)
+    if annotation in (int, float) and found and not (annotation is int and found[2].strip("0")):
+        number = found[1] if annotation is int or not found[2] else f"{found[1]}.{found[2]}"
+        return f"; type {key}={number}" + (", without a unit" if found[3] else "")
+    return f"; 'kendama explain {key}' tells what it is"
 
 
 def _as_float(value: int, key: str) -> float:
@@ -259,13 +277,14 @@ def _as_float(value: int, key: str) -> float:
 def _check_range(value: float, key: str, facts: Mapping[str, Any]) -> None:
     if isinstance(value, float) and not math.isfinite(value):
         raise ConfigError(key, f"'{key}' must be a finite number, not {value!r}")
-    rules = (
-        ("above", "above", operator.gt),
-        ("at_least", "at least", operator.ge),
-        ("below", "below", operator.lt),
-        ("at_most", "at most", operator.le),
-    )
-    for name, _, holds in rules:
+    rules = (("above", operator.gt), ("at_least", operator.ge), ("below", operator.lt), ("at_most", operator.le))
+    for name, holds in rules:
         if name in facts and not holds(value, facts[name]):
-            allowed = " and ".join(f"{text} {facts[fact]}" for fact, text, _ in rules if fact in facts)
-            raise ConfigError(key, f"'{key}' is {value!r}; allowed: {allowed}")
+            raise ConfigError(key, f"'{key}' is {value!r}; allowed:{_range(facts)}")
+
+
+def _range(facts: Mapping[str, Any]) -> str:
+    """Return the bounds of a number in words after a space; empty where it has none."""
+    words = {"above": "above", "at_least": "at least", "below": "below", "at_most": "at most"}
+    told = " and ".join(f"{text} {facts[fact]}" for fact, text in words.items() if fact in facts)
+    return f" {told}" if told else ""

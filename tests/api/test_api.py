@@ -71,7 +71,7 @@ def test_a_run_gives_metrics_artifacts_and_logs(toy: ToyProject) -> None:
     assert (again.name, again.outcome, again.pipeline) == (run.name, "done", "toy")
     assert run.stages == ["roll", "total"]
     assert run.metrics("roll")["n"] == len(run.log("roll").table(run.log("roll").topics[0]))
-    with pytest.raises(UsageError, match="has no stage 'rol'; it has roll, total, did you mean 'roll'"):
+    with pytest.raises(UsageError, match=r"has no stage 'rol', did you mean 'roll'. It has: roll, total"):
         run.metrics("rol")
 
 

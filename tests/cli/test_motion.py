@@ -109,7 +109,7 @@ def test_a_strangers_artifact_with_a_plan_carries_a_primitive_and_others_do_not(
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["export", "nosuch"], "no run 'nosuch'; 'kendama runs' lists them"),
+        (["export", "nosuch"], "no run 'nosuch'; the newest is "),
         (["export", "--stage", "learn"], "have no primitive of stage 'learn'; name another run or --stage"),
         (["export", "-o", "swing.txt"], "swing.txt: ends in '.txt'; name it FILE.yaml, FILE.yml or FILE.json"),
         (["show", "nosuch.yaml"], "nosuch.yaml: cannot be read (No such file or directory)"),

@@ -20,10 +20,10 @@ from tests.cli.typed import refused
         ),
         (
             ("plan", "adapt.catch=seen"),
-            "'adapt.catch' is 'seen'; allowed: visual, open_loop; since 0.3 it is called 'visual'",
+            "'adapt.catch' is 'seen'; since 0.3 it is called 'visual'; allowed: visual, open_loop",
         ),
         (("plan", "learn/learner=lucky"), "since 0.3 it is called 'random_replay'"),
-        (("plan", "safety=usual"), "'safety' is 'usual'; allowed: default; since 0.3 it is called 'default'"),
+        (("plan", "safety=usual"), "'safety' is 'usual'; since 0.3 it is called 'default'; allowed: default"),
         (("plan", "-p", "toy"), "; since 0.3 it is called 'measurement'"),
         (("sweep", "transfer=proof", "seed=1,2"), "; since 0.3 it is called 'until_solved'"),
         (("sweep", "adapt.catch=seen,open"), "; since 0.3 it is called 'visual'"),

@@ -121,7 +121,7 @@ def test_variants_of_a_registry_are_listed_by_kind(shapes: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"shape": {"kind": "rond"}}, "'drawing.shape.kind' is 'rond'; allowed: round, square, did you mean 'round'?"),
+        ({"shape": {"kind": "rond"}}, "'drawing.shape.kind' is 'rond', did you mean 'drawing.shape.kind=round'? "),
         ({"shape": {"size_m": 1}}, "'drawing.shape.kind' is None; allowed: round, square"),
         ({"shape": 3}, "'drawing.shape.kind' is 3; allowed: round, square"),
         ({"hole": {"kind": "oval"}}, "'drawing.hole.kind' is 'oval'; allowed: round, square"),

@@ -67,11 +67,11 @@ def test_whole_numbers_become_floats_and_lists_tuples() -> None:
         ({"cont": 1}, "unknown key 'outer.cont', did you mean 'outer.count'?"),
         ({"zzz": 1}, "unknown key 'outer.zzz'; allowed here: outer.count, "),
         ({"count": 0}, "'outer.count' is 0; allowed: at least 1"),
-        ({"count": 1.5}, "'outer.count' must be a whole number, not 1.5"),
-        ({"count": True}, "'outer.count' must be a whole number, not True"),
+        ({"count": 1.5}, "'outer.count' must be a whole number at least 1, not 1.5"),
+        ({"count": True}, "'outer.count' must be a whole number at least 1, not True"),
         ({"name": 3}, "'outer.name' must be text, not 3"),
         ({"flag": 1}, "'outer.flag' must be true or false, not 1"),
-        ({"mode": "fst"}, "'outer.mode' is 'fst'; allowed: fast, exact, did you mean 'fast'?"),
+        ({"mode": "fst"}, "'outer.mode' is 'fst', did you mean 'outer.mode=fast'? Allowed: fast, exact"),
         ({"sign": True}, "'outer.sign' is True; allowed: 1, -1"),
         ({"edges": [2, 1]}, "'outer.edges' must rise, not [2.0, 1.0]"),
         ({"edges": [1, -1]}, "'outer.edges[1]' is -1.0; allowed: above 0"),
@@ -84,7 +84,10 @@ def test_whole_numbers_become_floats_and_lists_tuples() -> None:
         ({"shape": {"kind": "round"}}, "missing key 'outer.shape.radius_m': radius [m]"),
         ({"shape": {"kind": "round", "radius_m": 0}}, "'outer.shape.radius_m' is 0.0; allowed: above 0 and at most 2"),
         ({"shape": 3}, "'outer.shape.kind' is 3"),
-        ({"shape": ["round"]}, "'outer.shape.kind' is ['round']; allowed: round, square"),
+        (
+            {"shape": ["round"]},
+            "'outer.shape.kind' is ['round'], did you mean 'outer.shape.kind=round'? ",
+        ),
     ],
 )
 def test_what_does_not_fit_is_named_with_what_is_allowed(change: dict[str, Any], message: str) -> None:

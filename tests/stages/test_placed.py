@@ -111,9 +111,7 @@ def test_transfer_opens_the_robot_where_the_motion_was_made_for(
 
 
 def test_only_fixed_and_search_are_known() -> None:
-    with pytest.raises(
-        ConfigError, match=r"'adapt\.placement' is 'serach'; allowed: fixed, search, did you mean 'search'"
-    ):
+    with pytest.raises(ConfigError, match=r"'adapt\.placement' is 'serach', did you mean 'adapt\.placement=search'"):
         build(AdaptSettings, FILE | {"placement": "serach"}, "adapt")
 
 
