@@ -29,6 +29,8 @@ from kendama_cli.schema.settings import registry_of, variants
 LONGEST = 60
 """Values with more characters are left out of a table."""
 _PLACE = re.compile(r"^<!-- declared: (\w+) -->$", re.M)
+_ROW = re.compile(r"^\|.*$", re.M)
+NO_BREAK = "\N{NO-BREAK SPACE}"
 _DATA = re.compile(r"^\[[^\]]+\]\(([\w/]+\.csv)\)$", re.M)
 
 
@@ -40,14 +42,20 @@ def setup(app: Any) -> dict[str, Any]:
 
 def _fill(app: Any, name: str, source: list[str]) -> None:
     folder = (Path(app.srcdir) / name).parent
-    source[0] = _PLACE.sub(lambda found: PARTS[found[1]](), source[0])
-    source[0] = _DATA.sub(lambda found: f"{data_table(folder / found[1])}\n{found[0]}", source[0])
+    text = _PLACE.sub(lambda found: PARTS[found[1]](), source[0])
+    text = _DATA.sub(lambda found: f"{data_table(folder / found[1])}\n{found[0]}", text)
+    source[0] = _ROW.sub(lambda found: _unbroken(found[0]), text)
+
+
+def _unbroken(row: str) -> str:
+    """Return a row of a table in which no interval and no bound breaks into two lines."""
+    row = re.sub(r"\[(-?[\d.]+), (-?[\d.]+)(?: %)?\]", lambda found: found[0].replace(" ", NO_BREAK), row)
+    return re.sub(r"([≥≤<>]) (?=\d)", rf"\1{NO_BREAK}", row)
 
 
 def data_table(path: Path) -> str:
-    """Return the table in Markdown of a CSV file, whose first row is its head; no interval breaks in two."""
-    text = re.sub(r"\[(-?[\d.]+), (-?[\d.]+ ?%?)\]", "[\\1,\N{NO-BREAK SPACE}\\2]", path.read_text())
-    head, *rows = csv.reader(text.splitlines())
+    """Return the table in Markdown of a CSV file, whose first row is its head."""
+    head, *rows = csv.reader(path.read_text().splitlines())
     return "\n".join(_table(tuple(head), [tuple(row) for row in rows]))
 
 
