@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import inspect
 import re
 import tempfile
 import typing
@@ -17,6 +18,7 @@ from typing import Any
 
 import yaml
 
+from kendama_cli import api
 from kendama_cli import errors as kendama_errors
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site, bundled_root, find_site
@@ -105,6 +107,22 @@ def errors() -> str:
     rows = [(f"`{one.__name__}`", one.__base__.__name__, str(one.exit_code), _plain(one.__doc__)) for one in kinds]
     table = _table(("class", "derives from", "exit code", "meaning"), rows)
     return "\n".join([*_table(("exit code", "meaning"), codes), *table])
+
+
+def python() -> str:
+    """The functions of the Python interface, then its classes, by their docstrings."""
+    objects = {name: getattr(api, name) for name in api.__all__}
+    functions = [name for name, one in objects.items() if inspect.isfunction(one)]
+    lines = ["## Functions", "", *_documented("autofunction", functions)]
+    return "\n".join([*lines, "## Classes", "", *_documented("autoclass", sorted(set(objects) - set(functions)))])
+
+
+def _documented(directive: str, names: list[str]) -> Iterator[str]:
+    options = ["   :members:"] if directive == "autoclass" else []
+    yield "```{eval-rst}"
+    for name in names:
+        yield from (f".. {directive}:: kendama_cli.api.{name}", *options, "")
+    yield from ("```", "")
 
 
 def _pipeline_folders() -> list[Path]:
@@ -258,4 +276,4 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Iterator[str]:
         yield ""
 
 
-PARTS = {"stages": stages, "nodes": nodes, "overview": overview, "pipelines": pipelines, "errors": errors}
+PARTS = {one.__name__: one for one in (stages, nodes, overview, pipelines, errors, python)}

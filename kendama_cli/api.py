@@ -188,7 +188,7 @@ def environment(overrides: Sequence[str] = (), hold_s: float = 0.05) -> gymnasiu
     Returns
     -------
     gymnasium.Env
-        ``kendama_cli.gym.SwingUp``: cup place and velocity, ball angle and rate, time left in; one of five
+        ``kendama_cli.gym.SwingUp``: cup position and velocity, ball angle and rate, time left in; one of five
         accelerations out.
 
     Raises
