@@ -20,6 +20,8 @@ DOCS = ROOT / "docs"
 LONG, LONGEST, CELL = 25, 40, 12
 """Words of a long sentence, of the longest, and of the longest cell of a table."""
 MEAN, LONG_FRACTION = 15.0, 0.1
+"""Of all pages together; a page alone may have ``PAGE_MEAN`` and ``PAGE_LONG``, as short pages have few sentences."""
+PAGE_MEAN, PAGE_LONG = 16.0, 0.15
 WORDS = {"README.md": 650, "docs/tutorials": 800, "docs/howto": 500, "docs/plugins": 500, "docs/explanation": 1000}
 ALL_WORDS, RESULTS_WORDS = 20_000, 6_000
 CAPS = Path(__file__).with_name("caps.json")
@@ -137,7 +139,7 @@ def pages() -> list[Path]:
     return [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 
 
-GOALS = {"words": 10**9, "mean": MEAN, "long": LONG_FRACTION, "longest": 0, "cells": 0, "phrases": 0, "title": 0}
+GOALS = {"words": 10**9, "mean": PAGE_MEAN, "long": PAGE_LONG, "longest": 0, "cells": 0, "phrases": 0, "title": 0}
 """What a page is held to; ``words`` of a folder stand in ``WORDS``, ``long`` may be one sentence in any case."""
 
 

@@ -1,0 +1,82 @@
+"""README is short, and its film, figures and output are those of the product."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import sys
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from tests.docs.measure import DOCS, ROOT
+
+README = (ROOT / "README.md").read_text()
+START = (DOCS / "tutorials" / "start.md").read_text()
+FIGURES = "\n".join(path.read_text() for path in (DOCS / "results").glob("*.md"))
+
+
+def film_program() -> Any:
+    """Return the program that makes the film."""
+    spec = importlib.util.spec_from_file_location("film", ROOT / "data" / "film.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = sys.modules["film"] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_its_parts_stand_in_the_order_in_which_a_newcomer_asks() -> None:
+    parts = (
+        "kendama.webp",
+        "## Try it",
+        "```console",
+        "tried on a real arm",
+        "**Student",
+        "**Researcher",
+        "**Engineer",
+    )
+    places = [README.index(part) for part in (*parts, "## Results", "## Read on")]
+    assert places == sorted(places)
+    assert len(README.split()) <= 650
+
+
+def test_each_line_of_its_output_is_one_of_the_first_tutorial() -> None:
+    (shown,) = re.findall(r"^```console\n(.*?)^```", README, re.M | re.S)
+    lines = [line for line in shown.splitlines() if line]
+    assert len(lines) >= 5
+    assert [line for line in lines if line not in START.splitlines()] == []
+
+
+def test_each_figure_stands_with_its_baseline_in_one_row_of_the_results() -> None:
+    section = README.partition("## Results")[2].partition("\n## ")[0]
+    rows = [row.strip("| ").split(" | ") for row in section.splitlines() if row.startswith("| ")][1:]
+    assert len(rows) == 6
+    listed = [row for row in FIGURES.splitlines() if row.startswith("|")]
+    for _, measured, baseline in rows:
+        value = baseline.partition(": ")[2] or baseline
+        assert any(measured in row and value in row for row in listed), (measured, baseline)
+        assert re.search(r"[\[≥]", measured)
+
+
+def test_its_film_is_small_lasts_six_seconds_and_moves() -> None:
+    film = ROOT / "data" / "pictures" / "kendama.webp"
+    assert film.stat().st_size <= 1_000_000
+    with Image.open(film) as image:
+        frames: Any = image
+        assert frames.n_frames > 60
+        pictures = []
+        duration_ms = 0
+        for number in range(frames.n_frames):
+            frames.seek(number)
+            frames.load()
+            duration_ms += frames.info["duration"]
+            pictures.append(frames.convert("L").resize((64, 48)).tobytes())
+    assert duration_ms == pytest.approx(6000, abs=500)
+    assert len(set(pictures)) > len(pictures) / 2
+
+
+def test_its_film_says_when_the_catches_were() -> None:
+    catches = film_program().catches_in(ROOT / "data" / "pictures" / "kendama.webp")
+    assert set(catches) == {"adapt", "transfer"}
