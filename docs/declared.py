@@ -1,6 +1,7 @@
 """Sphinx extension: what the pages list of stages, settings, topics and metrics is read from their declarations.
 
-Where a page says ``<!-- declared: NAME -->`` alone on a line, Markdown of the function NAME takes its place. A link to
+Where a page says ``<!-- declared: NAME -->`` alone on a line, Markdown of the function NAME takes its place; a word
+behind the name is its argument. A link to
 a CSV file alone on a line becomes its table, above the link.
 """
 
@@ -12,14 +13,16 @@ import inspect
 import re
 import tempfile
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
+from typer.main import get_command
 
 from kendama_cli import api
 from kendama_cli import errors as kendama_errors
+from kendama_cli.cli.app import app
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site, bundled_root, find_site
 from kendama_cli.errors import KendamaError
@@ -30,9 +33,9 @@ from kendama_cli.schema.settings import registry_of, variants
 
 LONGEST = 60
 """Values with more characters are left out of a table."""
-_PLACE = re.compile(r"^<!-- declared: (\w+) -->$", re.M)
 _ROW = re.compile(r"^\|.*$", re.M)
 NO_BREAK = "\N{NO-BREAK SPACE}"
+_PLACE = re.compile(r"^<!-- declared: (\w+)(?: ([\w -]+))? -->$", re.M)
 _DATA = re.compile(r"^\[[^\]]+\]\(([\w/]+\.csv)\)$", re.M)
 
 
@@ -44,7 +47,7 @@ def setup(app: Any) -> dict[str, Any]:
 
 def _fill(app: Any, name: str, source: list[str]) -> None:
     folder = (Path(app.srcdir) / name).parent
-    text = _PLACE.sub(lambda found: PARTS[found[1]](), source[0])
+    text = _PLACE.sub(lambda found: PARTS[found[1]](*filter(None, [found[2]])), source[0])
     text = _DATA.sub(lambda found: f"{data_table(folder / found[1])}\n{found[0]}", text)
     source[0] = _ROW.sub(lambda found: _unbroken(found[0]), text)
 
@@ -123,6 +126,18 @@ def _documented(directive: str, names: list[str]) -> Iterator[str]:
     for name in names:
         yield from (f".. {directive}:: kendama_cli.api.{name}", *options, "")
     yield from ("```", "")
+
+
+def help_of(words: str) -> str:
+    """Return the ``--help`` of a command, and of those below it, at 80 columns."""
+    command: Any = get_command(app)
+    context = command.make_context("kendama", [], resilient_parsing=True, terminal_width=80)
+    for word in words.split():
+        command = command.get_command(context, word)
+        context = command.make_context(word, [], parent=context, resilient_parsing=True, terminal_width=80)
+    below = command.list_commands(context) if hasattr(command, "list_commands") else []
+    own = f"```text\n$ kendama {words} --help\n{command.get_help(context).strip()}\n```\n"
+    return "\n".join([own, *(f"### kendama {words} {name}\n\n{help_of(f'{words} {name}')}" for name in below)])
 
 
 def _pipeline_folders() -> list[Path]:
@@ -276,4 +291,5 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Iterator[str]:
         yield ""
 
 
-PARTS = {one.__name__: one for one in (stages, nodes, overview, pipelines, errors, python)}
+_NAMED = (stages, nodes, overview, pipelines, errors, python)
+PARTS: dict[str, Callable[..., str]] = {**{one.__name__: one for one in _NAMED}, "help": help_of}

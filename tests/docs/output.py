@@ -43,6 +43,7 @@ _VARIES = (
     (re.compile(r"\x1b\[[0-9;?]*[A-Za-z]"), ""),
     (re.compile(r"\d{4}-\d\d-\d\d(?:[T _]\d\d[:-]?\d\d(?:[:-]?\d\d)?)?"), "DATE"),
     (re.compile(r"\b\d{8}[-T]\d{6}\w*"), "DATE"),
+    (re.compile(r"\b\d{5}-[0-9a-f]{6}\b"), "RUN"),
     (re.compile(r"-:--:--|\b\d+:\d\d(?::\d\d)?\b"), "TIME"),
     (re.compile(r"(?<![\w.])(?:about )?\d+(?:\.\d+)? ?(?:ms|s|min|minutes?|seconds?|h)\b"), "TIME"),
     (re.compile(r"(?<![\w.])\d+(?:\.\d+)? ?(?:B|kB|MB|GB|KiB|MiB|GiB)\b"), "SIZE"),
@@ -118,7 +119,7 @@ def type_line(line: str, folder: Path) -> list[str]:
     os.close(ours)
     done.wait()
     text = "\n".join(row.rstrip() for row in screen.display).strip("\n")
-    return text.replace(str(folder), f"~/{FOLDER}").splitlines()
+    return text.replace(str(folder), f"~/{FOLDER}").replace(str(ROOT), "~/kendama").splitlines()
 
 
 def environment(folder: Path) -> dict[str, str]:

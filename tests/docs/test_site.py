@@ -12,7 +12,10 @@ from typing import Any
 from urllib.parse import unquote
 
 import pytest
+from typer.main import get_command
 
+from kendama_cli.cli.app import app
+from kendama_cli.pipeline.catalogue import pipeline_names
 from kendama_cli.schema.declaration import find_stage, stage_names
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,6 +45,25 @@ def test_the_reference_lists_every_stage_metric_topic_and_setting(declared: Any)
     assert "| `capture.marker_to_cup_m` |" in text
     assert "| `interact.script[].duration_s` |" in text
     assert "| `hardware.imperfection.rope_scale` |" in declared.nodes()
+
+
+def test_every_command_has_its_help_on_the_page_of_commands(declared: Any) -> None:
+    page = (ROOT / "docs" / "reference" / "commands.md").read_text()
+    asked = re.findall(r"^## kendama ([\w-]+)\n\n<!-- declared: help ([\w-]+) -->$", page, re.M)
+    command: Any = get_command(app)
+    assert sorted(asked) == sorted((name, name) for name in command.list_commands(None))
+    assert "  -h, --help  Show this message and exit.\n" in declared.help_of("cache")
+    assert "### kendama cache gc\n\n```text\n$ kendama cache gc --help\nUsage: kendama cache gc" in declared.help_of(
+        "cache"
+    )
+    assert max(map(len, declared.help_of("run").splitlines())) <= 80
+
+
+def test_the_overview_has_every_stage_and_every_pipeline(declared: Any) -> None:
+    for name in stage_names():
+        assert f"| [`{name}`](settings.md#stage-{name}) |" in declared.overview()
+    for name in pipeline_names([ROOT / "pipelines"]):
+        assert f"`{name}`" in declared.pipelines()
 
 
 def test_without_sphinx_one_line_says_what_to_install(tmp_path: Path) -> None:
