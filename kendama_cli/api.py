@@ -28,7 +28,7 @@ from kendama_cli.pipeline.plan import Planner, check_armed, check_forced
 from kendama_cli.pipeline.record import begin, find_run, past_runs
 from kendama_cli.pipeline.runner import Runner
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store
-from kendama_cli.simulation.dart.carried_cup import Swing
+from kendama_cli.simulation.dart.hand_world import Swing
 from kendama_cli.vision.cameras.camera_model import CameraModel
 from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
 

@@ -21,7 +21,7 @@ from kendama_cli.motion.dmp.primitive import play as play_plan
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.finished_run import Run
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.simulation.dart.carried_cup import Swing, carry_cup
+from kendama_cli.simulation.dart.hand_world import Swing, carry_cup
 
 
 def configuration(overrides: Sequence[str] = (), config_dir: Path | str | None = None) -> Mapping[str, Any]:

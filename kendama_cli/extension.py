@@ -46,12 +46,12 @@ if TYPE_CHECKING:
     from kendama_cli.errors import StageError as StageError
     from kendama_cli.errors import UsageError as UsageError
     from kendama_cli.learning.decision import HeldAction as HeldAction
+    from kendama_cli.learning.decision import task_meaning as task_meaning
     from kendama_cli.learning.discretisation import StateGrid as StateGrid
     from kendama_cli.learning.interface import FinishedRollout as FinishedRollout
     from kendama_cli.learning.interface import Learner as Learner
     from kendama_cli.learning.interface import LearnerMaker as LearnerMaker
     from kendama_cli.learning.interface import Policy as Policy
-    from kendama_cli.learning.policy import task_meaning as task_meaning
     from kendama_cli.learning.reward import final_reward as final_reward
     from kendama_cli.learning.settings import LearnSettings as LearnSettings
     from kendama_cli.learning.state import SwingState as SwingState

@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from kendama_cli.adaptation.perturbed_simulations import PerturbedSimulations
-from kendama_cli.adaptation.trial import Attempt, MotionVariation, Repeat, Trial
+from kendama_cli.adaptation.perturbed_simulations import Attempt, MotionVariation, PerturbedSimulations, Repeat, Trial
 
 
 @dataclass(frozen=True)

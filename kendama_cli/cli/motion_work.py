@@ -14,7 +14,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.devices.demonstrator.plan_file import TEXT_FORMATS, read_plan, text_format
 from kendama_cli.errors import MissingPartError, StoreError, UsageError
 from kendama_cli.motion.dmp.plan_text import plan_text
-from kendama_cli.motion.dmp.variation import covariance, sample_plan
+from kendama_cli.motion.dmp.primitive import covariance, sample_plan
 from kendama_cli.pipeline.record import find_run, past_runs
 from kendama_cli.schema.declaration import find_stage, stage_names
 from kendama_cli.schema.registry import resolve

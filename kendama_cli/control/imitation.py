@@ -20,7 +20,7 @@ from kendama_cli.physics.rim_crossing import SampledWays, catch_from_s
 from kendama_cli.physics.taut_rope import stretch_m, time_scale
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.limit_ratios import require_within_limits
+from kendama_cli.robot_model.placement.motion_check import require_within_limits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 

@@ -14,8 +14,13 @@ from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.motion.sampling import thinning
 from kendama_cli.robot_model.inverse_kinematics import OutOfReachError, across, solve_cup
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.limit_ratios import limit_ratios
-from kendama_cli.robot_model.placement.motion_check import CheckedLimit, check_motion, check_places, require_allowed
+from kendama_cli.robot_model.placement.motion_check import (
+    CheckedLimit,
+    check_motion,
+    check_places,
+    limit_ratios,
+    require_allowed,
+)
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.safety import SafetySettings

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from kendama_cli.control.cup_cart import CartStep, CupCart
-from kendama_cli.learning.half_swings import count_half_swings
 from kendama_cli.learning.reward import Goal, Outcome
-from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.state import SwingState, count_half_swings
 from kendama_cli.motion.braking import BrakingLimiter
 
 

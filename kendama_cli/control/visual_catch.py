@@ -12,7 +12,7 @@ from kendama_cli.adaptation.settings import CorrectionSettings, SensorModelSetti
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.control.corrected_motion import CorrectedMotion, CupPlan
 from kendama_cli.control.position_tracker import PositionTracker, rope_angle_rad
-from kendama_cli.motion.hermite import cubic_between
+from kendama_cli.motion.even_spline import cubic_between
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings

@@ -1,4 +1,4 @@
-"""Options of ``reset(options=...)``: the noise, and the body."""
+"""Options of ``reset(options=...)``, and the rollout that waits for the next action and can be pickled meanwhile."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ import numpy as np
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.settings import LearnSettings
-from kendama_cli.learning.task_settings import RandomisationSettings
-from kendama_cli.simulation.swingup.noise import draw_noise
-from kendama_cli.simulation.swingup.rollout import RolloutNoise
+from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.task_settings import GoalSettings, RandomisationSettings
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.simulation.swingup.environment import Rolling, SwingUpEnvironment
+from kendama_cli.simulation.swingup.rollout import RolloutNoise, draw_noise
 
 NOMINAL = RandomisationSettings(
     rope=0.0, drag=(1.0, 1.0), noise=(1.0, 1.0), acceleration=0.0, angle_deg=0.0, delay_s=0.0, workspace_shrink=0.0
@@ -94,3 +96,69 @@ def _number(name: str, value: Any, least: float, largest: float) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= largest:
         raise ConfigError(name, f"option '{name}' is {value!r}; allowed: {least:g} to {largest:g}")
     return float(value)
+
+
+class RolloutUnderWay:
+    """The rollouts of one environment, one at a time, from inside out.
+
+    Neither an engine nor a generator can be pickled. All that is random in a rollout is drawn before it begins, so that
+    the answers that it was given lead another engine to the same state: they are what is kept.
+    """
+
+    def __init__(self, settings: LearnSettings, game: GameSettings) -> None:
+        """Raise ConfigError as SwingUpEnvironment does."""
+        self._settings, self._game = settings, game
+        self._environment = SwingUpEnvironment(settings, game)
+        self._noise: RolloutNoise | None = None
+        self._goal: GoalSettings | None = None
+        self._answers: list[tuple[float, float]] = []
+        self._rolling: Rolling | None = None
+
+    @property
+    def waits(self) -> bool:
+        """Return True if a rollout has begun and not ended."""
+        return self._rolling is not None
+
+    def begin(self, noise: RolloutNoise, goal: GoalSettings | None = None) -> tuple[SwingState, float]:
+        """Return the first reading and its time [s]; ``goal`` takes the place of the settings'."""
+        self._noise, self._goal, self._answers = noise, goal, []
+        environment = self._environment if goal is None else self._environment.aimed(goal)
+        self._rolling = environment.rolling(noise)
+        return next(self._rolling)
+
+    def answer(self, wanted_m_s2: float, until_s: float) -> tuple[SwingState, float]:
+        """Return the next reading and its time [s], after an acceleration was held; raises StopIteration with the
+        rollout.
+        """
+        assert self._rolling is not None
+        self._answers.append((wanted_m_s2, until_s))
+        try:
+            return self._rolling.send(self._answers[-1])
+        except StopIteration:
+            self._rolling = None
+            raise
+
+    def state(self) -> SwingState:
+        """Return the true plain state now."""
+        return self._environment.state()
+
+    def places(self) -> tuple[float, float, float]:
+        """See SwingUpEnvironment."""
+        return self._environment.places()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return all but the engine and the rollout in it."""
+        return {name: value for name, value in vars(self).items() if name not in ("_environment", "_rolling")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Open another engine, and give it the same answers."""
+        noise, answers = state["_noise"], state["_answers"]
+        vars(self).update(vars(RolloutUnderWay(state["_settings"], state["_game"])))
+        if noise is None:
+            return
+        self.begin(noise, state["_goal"])
+        for one in answers:
+            try:
+                self.answer(*one)
+            except StopIteration:
+                break

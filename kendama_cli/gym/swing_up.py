@@ -13,8 +13,7 @@ from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError
 from kendama_cli.gym.picture import PaintedEnv
-from kendama_cli.gym.rollout_options import RolloutOptions
-from kendama_cli.gym.rollout_under_way import RolloutUnderWay
+from kendama_cli.gym.rollout_options import RolloutOptions, RolloutUnderWay
 from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
 from kendama_cli.learning.reward import final_reward, step_reward
 from kendama_cli.learning.settings import LearnSettings

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.random import Generator
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.learning.decision import BinActor, HeldAction
+from kendama_cli.learning.decision import BinActor, HeldAction, task_meaning
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.learner_settings import EnergyPumpingSettings
-from kendama_cli.learning.policy import task_meaning
 from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
 from kendama_cli.learning.settings import LearnSettings

@@ -8,8 +8,7 @@ from typing import NamedTuple, Protocol
 
 from numpy.random import Generator
 
-from kendama_cli.learning.exploration_settings import ExplorationSettings
-from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.settings import ExplorationSettings, LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
 from kendama_cli.learning.task_settings import LimitedWorkspace

@@ -9,8 +9,7 @@ import numpy as np
 
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.interface import Learner, LearnerMaker, Policy
-from kendama_cli.learning.registry import LEARNERS
-from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.settings import LEARNERS, LearnSettings
 
 
 def begin_learner(settings: LearnSettings, policy: PolicyArtifact | None = None) -> Learner:

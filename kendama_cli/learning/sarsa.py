@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.learning.decision import GreedyPolicy, checked_table, task_meaning
 from kendama_cli.learning.interface import LearnerMaker
-from kendama_cli.learning.policy import GreedyPolicy, checked_table, task_meaning
 from kendama_cli.learning.settings import LearnSettings
-from kendama_cli.learning.traces import TRACES, TraceName
-from kendama_cli.learning.updates import UPDATES, Transition, UpdateName
+from kendama_cli.learning.updates import TRACES, UPDATES, TraceName, Transition, UpdateName
 from kendama_cli.learning.value_learner import ValueLearner
 
 

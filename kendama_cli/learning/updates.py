@@ -1,4 +1,4 @@
-"""Updates: the target of a choice's value, once it is known where it led and what is chosen there.
+"""Updates of a table of values: the target of a choice, and the eligibility traces of earlier choices.
 
 Every update moves Q(s, a) toward r + gamma V, and they differ in V alone (Sutton and Barto, 2nd edition, chapter 6):
 
@@ -7,7 +7,11 @@ Every update moves Q(s, a) toward r + gamma V, and they differ in V alone (Sutto
     q               V = max_b Q(s', b)                Watkins: traces end where the choice is not the best
     double_sarsa    V = Q2(s', a')                    a coin draws which of two tables learns from the other
 
-A drawn harmonic is deterministic, and so is the greedy policy: there expected_sarsa is sarsa.
+A sampled harmonic is deterministic, and so is the greedy policy: there expected_sarsa is sarsa.
+
+Traces (equations.md eq. 7) first fade by gamma lambda; then the visited entry is marked: *replacing* sets it to 1
+(Singh and Sutton 1996; the paper's choice), *accumulating* adds 1, *dutch* adds 1 after shrinking it by 1 - alpha (van
+Seijen and Sutton 2014), which with a correction of the update makes it the online lambda-return exactly.
 """
 
 from __future__ import annotations
@@ -98,3 +102,49 @@ UPDATES: dict[UpdateName, Update] = {
     "q": WatkinsQ(),
     "double_sarsa": DoubleSarsa(),
 }
+
+
+TraceName = Literal["replacing", "accumulating", "dutch"]
+
+
+class TraceLaw(Protocol):
+    """One of the laws."""
+
+    exact: bool
+    """Whether the update is corrected for how the value of the state has changed since it was looked ahead to."""
+
+    def marked(self, faded: float, alpha: float) -> float:
+        """Return the new trace of an entry that was chosen, from its trace ``faded`` just now."""
+
+
+class Replacing:
+    """e = 1."""
+
+    exact = False
+
+    def marked(self, faded: float, alpha: float) -> float:
+        """Return 1, however often the state occurred before."""
+        return 1.0
+
+
+class Accumulating:
+    """e = e + 1."""
+
+    exact = False
+
+    def marked(self, faded: float, alpha: float) -> float:
+        """Return the trace plus one."""
+        return faded + 1.0
+
+
+class Dutch:
+    """e = (1 - alpha) e + 1."""
+
+    exact = True
+
+    def marked(self, faded: float, alpha: float) -> float:
+        """Return the trace plus one, minus the amount that this update itself will add."""
+        return faded + (1.0 - alpha * faded)
+
+
+TRACES: dict[TraceName, TraceLaw] = {"replacing": Replacing(), "accumulating": Accumulating(), "dutch": Dutch()}

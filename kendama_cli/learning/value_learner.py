@@ -15,10 +15,9 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.learning.decision import BinActor, HeldAction, greedy_column
+from kendama_cli.learning.decision import BinActor, HeldAction, greedy_column, seal_table
 from kendama_cli.learning.exploration import DrawnHarmonic, Explorer, Harmonic, explorer, explores
 from kendama_cli.learning.interface import FinishedRollout
-from kendama_cli.learning.policy import seal_table
 from kendama_cli.learning.reward import Outcome, final_reward, step_reward
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState

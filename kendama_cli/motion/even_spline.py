@@ -1,4 +1,4 @@
-"""A cubic spline of joint motion that is cheap to read one instant at a time."""
+"""Cubics of joint motion: a spline that is cheap to read one instant at a time, and the cubic through two states."""
 
 from __future__ import annotations
 
@@ -49,3 +49,20 @@ def piece_at(parameter: float, start: float, step: float, pieces: int) -> tuple[
 def cubic(a: Numbers, b: Numbers, c: Numbers, d: Numbers, u: float) -> tuple[Numbers, Numbers, Numbers]:
     """Return a u^3 + b u^2 + c u + d and its first two derivatives by u: numbers or arrays."""
     return ((a * u + b) * u + c) * u + d, (3 * a * u + 2 * b) * u + c, 6 * a * u + 2 * b
+
+
+State = tuple[Array, Array]
+"""Places and speeds (n,)."""
+
+
+def cubic_between(first: State, last: State, *, steps: int, step_s: float) -> tuple[Array, Array, Array]:
+    """Return positions, velocities and accelerations (``steps``, n) at the end of every step from ``first`` to
+    ``last``.
+
+    q(t) = q0 + t (v0 + t (c + t d)), where c and d are such that q and q' are those of ``last`` after all steps.
+    """
+    (q0, v0), (q1, v1), total = first, last, steps * step_s
+    c = (3 * (q1 - q0) / total - 2 * v0 - v1) / total
+    d = (v0 + v1 - 2 * (q1 - q0) / total) / total**2
+    t = step_s * np.arange(1, steps + 1)[:, None]
+    return q0 + t * (v0 + t * (c + t * d)), v0 + t * (2 * c + 3 * t * d), 2 * c + 6 * t * d

@@ -141,3 +141,18 @@ class SampledWays:
         s = self.t_s[first : k + 1] - self.t_s[k]
         place, slope, _ = np.polynomial.polynomial.polyfit(s, over[first : k + 1], 2)
         return at_rim_m(place - 1e-3 * slope, place)
+
+
+@dataclass(frozen=True)
+class SampledBody:
+    """Parameters of a game that another physics needs beside its settings.
+
+    ``drag`` are k1 [N s/m] and k2 [N s^2/m^2] of the ball in air, ``restitution`` the part of its speed that the ball
+    keeps at the cup.
+    """
+
+    rope_m: float
+    ball_kg: float
+    drag: tuple[float, float]
+    restitution: float
+    rope_kg: float

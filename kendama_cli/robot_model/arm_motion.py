@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory, MotionPlan
-from kendama_cli.motion.dmp.cup_path import CupPath
+from kendama_cli.motion.dmp.heading import CupPath
 from kendama_cli.motion.dmp.turning import cup_axes, turns_of
 from kendama_cli.robot_model.inverse_kinematics import follow_path
 from kendama_cli.robot_model.model import RobotModel

@@ -14,7 +14,7 @@ from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.robot_model.description import LIMITS, Description, dart_name
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings
-from kendama_cli.settings.probe import ProbeSettings
+from kendama_cli.settings.interact import ProbeSettings
 from kendama_cli.settings.robot import RobotSettings
 
 POINT_KG_M2 = 1e-9

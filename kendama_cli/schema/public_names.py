@@ -59,9 +59,8 @@ DEFINED: dict[str, tuple[str, ...]] = {
     # interfaces: seeing and learning
     "kendama_cli.vision.detection.interface": ("Detector", "SearchHint", "Sighting"),
     "kendama_cli.learning.interface": ("FinishedRollout", "Learner", "LearnerMaker", "Policy"),
-    "kendama_cli.learning.decision": ("HeldAction",),
     "kendama_cli.learning.discretisation": ("StateGrid",),
-    "kendama_cli.learning.policy": ("task_meaning",),
+    "kendama_cli.learning.decision": ("HeldAction", "task_meaning"),
     "kendama_cli.learning.reward": ("final_reward",),
     "kendama_cli.learning.state": ("SwingState",),
     "kendama_cli.learning.statistics": ("LearningCount",),

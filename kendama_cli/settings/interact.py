@@ -1,4 +1,4 @@
-"""Settings of an arm in a scene: its tool, the script that it plays, and the task-space controller that plays it."""
+"""Settings of an arm in a scene: its tool, the script that it plays, and the controller in task space that plays it."""
 
 from __future__ import annotations
 
@@ -8,8 +8,18 @@ from typing import Annotated, Protocol
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.registry import Registry
 from kendama_cli.schema.settings import setting
-from kendama_cli.settings.probe import ProbeSettings
 from kendama_cli.settings.scene import SceneSettings
+
+
+@dataclass(frozen=True)
+class ProbeSettings:
+    """A rod with a ball at its end, held where the robot holds its tool; the ball's centre is what is controlled."""
+
+    radius_m: float = setting("radius of the ball [m]", above=0)
+    mass_kg: float = setting("mass, at the ball's centre [kg]", above=0)
+    friction: float = setting("Coulomb friction; of two bodies in contact the smaller holds", at_least=0)
+    restitution: float = setting("that of a contact is the product of both bodies'", at_least=0, at_most=1)
+
 
 CONTROLLERS = Registry("kendama.controllers", "controller")
 

@@ -7,15 +7,13 @@ from collections.abc import Callable
 
 import pytest
 
-from kendama_cli.adaptation.catch_obstacle import obstacle
-from kendama_cli.adaptation.catch_search import TauSearch, nearest_attempt
-from kendama_cli.adaptation.perturbed_simulations import PerturbedSimulations
-from kendama_cli.adaptation.race import evaluations_needed, next_evaluation, winner
+from kendama_cli.adaptation.catch_search import TauSearch, evaluations_needed, nearest_attempt, next_evaluation, winner
+from kendama_cli.adaptation.perturbed_simulations import Attempt, MotionVariation, PerturbedSimulations, Repeat, Trial
 from kendama_cli.adaptation.search_record import Bounds, Search
 from kendama_cli.adaptation.settings import AdaptSettings
-from kendama_cli.adaptation.trial import Attempt, MotionVariation, Repeat, Trial
 from kendama_cli.schema.artifacts import from_plain, to_plain
 from kendama_cli.schema.settings import build
+from kendama_cli.stages.adapt.conclusion import obstacle
 from tests.simulation.dart.bench_robot import adapt_values
 
 SHIPPED = build(AdaptSettings, adapt_values(), "adapt")

@@ -7,13 +7,18 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.adaptation.perturbed_simulations import BLOCK, MAX_BLOCKS, Perturbation, PerturbedSimulations
+from kendama_cli.adaptation.perturbed_simulations import (
+    BLOCK,
+    MAX_BLOCKS,
+    MotionVariation,
+    Perturbation,
+    PerturbedSimulations,
+    Trial,
+)
 from kendama_cli.adaptation.settings import UncertaintySettings
-from kendama_cli.adaptation.trial import MotionVariation, Trial
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import build
-from kendama_cli.simulation.dart.arm_errors import ArmErrors
-from kendama_cli.simulation.dart.world_errors import WorldErrors
+from kendama_cli.simulation.dart.arm_errors import ArmErrors, WorldErrors
 from tests.shipped_conf import plain
 
 MOTION = MotionVariation(1.0)

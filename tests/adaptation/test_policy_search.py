@@ -10,15 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kendama_cli.adaptation.catch_obstacle import policy_obstacle
-from kendama_cli.adaptation.perturbed_simulations import PerturbedSimulations
+from kendama_cli.adaptation.perturbed_simulations import Attempt, MotionVariation, PerturbedSimulations, Repeat, Trial
 from kendama_cli.adaptation.policy_search import FORBIDDEN_M, PolicySearch, cost_m
 from kendama_cli.adaptation.search_record import Search
 from kendama_cli.adaptation.settings import AdaptSettings
-from kendama_cli.adaptation.trial import Attempt, MotionVariation, Repeat, Trial
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.artifacts import from_plain, to_plain
 from kendama_cli.schema.settings import build
+from kendama_cli.stages.adapt.conclusion import policy_obstacle
 from tests.simulation.dart.bench_robot import adapt_values
 
 SHIPPED = dataclasses.replace(build(AdaptSettings, adapt_values(), "adapt"), search="cma", repeats=3)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.adaptation.race import expected_success, mean_distance_m
-from kendama_cli.adaptation.trial import Repeat
+from kendama_cli.adaptation.catch_search import expected_success, mean_distance_m
+from kendama_cli.adaptation.perturbed_simulations import Repeat
 
 MOUTH_M = 0.038
 

@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from kendama_cli.adaptation.catch_family import playable_tilt
 from kendama_cli.adaptation.settings import AdaptSettings
-from kendama_cli.adaptation.tilt import playable_tilt
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.motion.dmp.averaging import encode, prepare
 from kendama_cli.motion.dmp.turning import cup_axes, encode_turns, turns_of

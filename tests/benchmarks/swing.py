@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
 from kendama_cli.simulation.swingup import rail_kernel as kernel

@@ -18,7 +18,7 @@ from kendama_cli.control.open_observer import CameraSetup
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.rebuilt import RebuiltRobot
 from kendama_cli.devices.robot.simulated import SimulatedRobot
-from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.stages.learn.stage import Learn
 from tests.memory_context import MemoryContext

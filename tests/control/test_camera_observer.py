@@ -18,7 +18,7 @@ from kendama_cli.control.open_observer import check_cameras
 from kendama_cli.devices.camera.interface import Camera, Frame, StaleFrame
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.errors import ConfigError
-from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraSettings, VirtualCamera
 from kendama_cli.stages.learn.stage import Learn

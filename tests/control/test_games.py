@@ -16,7 +16,7 @@ from kendama_cli.control.imitation import tau_scales_to_try
 from kendama_cli.control.position_tracker import PositionTracker
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.devices.robot.udp.remote import UdpRobot
-from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState

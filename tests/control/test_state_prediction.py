@@ -14,7 +14,7 @@ from kendama_cli.config.site import Site, find_site, group_options
 from kendama_cli.control import cup_cart
 from kendama_cli.control.cup_cart import predict_state, scaled_to_model_rope
 from kendama_cli.devices.robot.udp.remote import UdpRobot
-from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.learning.state import SwingState
 from tests.control.cart_robot import CartRobot
 from tests.control.test_games import GAME, LEARN, learned, make_runner

@@ -9,10 +9,9 @@ import numpy as np
 
 from kendama_cli.adaptation.perturbed_simulations import Perturbation
 from kendama_cli.control.visual_catch import VisualCatch
-from kendama_cli.simulation.dart.arm_errors import ArmErrors
+from kendama_cli.simulation.dart.arm_errors import ArmErrors, WorldErrors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import ArmWorld
-from kendama_cli.simulation.dart.world_errors import WorldErrors
 from tests.control.seen_swings import ADAPT, swing
 from tests.simulation.dart.bench_robot import kendama_game, pa10
 

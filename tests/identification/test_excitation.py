@@ -12,9 +12,8 @@ import yaml
 from kendama_cli.errors import StageError
 from kendama_cli.identification import excitation as exciting
 from kendama_cli.identification.excitation import excitation
-from kendama_cli.identification.identify_settings import IdentifySettings
-from kendama_cli.identification.recording import JointRecording
-from kendama_cli.identification.tracking import RAMP_S, TrackedPath, circle
+from kendama_cli.identification.recording import RAMP_S, JointRecording, TrackedPath, circle
+from kendama_cli.identification.settings import IdentifySettings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
 from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from kendama_cli.learning import conformance
+from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
-from kendama_cli.learning.policy import GreedyPolicy
-from kendama_cli.learning.registry import LEARNERS
 from kendama_cli.learning.sarsa import SARSA, SarsaLearner
-from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.settings import LEARNERS, LearnSettings
 from kendama_cli.learning.state import SwingState
 from tests.learning.settings_files import learn_settings
 

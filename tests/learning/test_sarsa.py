@@ -11,12 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.learning.decision import GreedyPolicy, seal_table, task_meaning
 from kendama_cli.learning.exploration import DrawnHarmonic, vary_harmonic
-from kendama_cli.learning.policy import GreedyPolicy, seal_table, task_meaning
 from kendama_cli.learning.sarsa import SarsaLearner, ValueTable
 from kendama_cli.learning.state import SwingState
-from kendama_cli.learning.traces import TRACES
-from kendama_cli.learning.updates import UPDATES, Transition
+from kendama_cli.learning.updates import TRACES, UPDATES, Transition
 from kendama_cli.schema.json_text import json_text
 from tests.learning.settings_files import learn_settings
 from tests.learning.textbook import Walk

@@ -9,7 +9,7 @@ import pytest
 
 from kendama_cli.artifacts.policy import NamedArray, PolicyArtifact
 from kendama_cli.errors import StageError
-from kendama_cli.learning.policy import seal_table, task_meaning
+from kendama_cli.learning.decision import seal_table, task_meaning
 from kendama_cli.learning.verification import verify_policy
 from tests.learning.settings_files import learn_settings
 

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.motion.rotation import matrix_of
-from kendama_cli.robot_model.arm_scene import ArmScene, cup_solid
-from kendama_cli.robot_model.link_shapes import read_stl, thinned
+from kendama_cli.robot_model.arm_scene import ArmScene, cup_solid, read_stl, thinned
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.foxglove import SceneUpdate, Solid
 from kendama_cli.schema.messages import codec

@@ -12,7 +12,7 @@ from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, apart, efforts, follow, frames, peaks, put, task
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.clearance import least_clearance, tool_of
-from kendama_cli.robot_model.placement.limit_ratios import limit_ratios
+from kendama_cli.robot_model.placement.motion_check import limit_ratios
 from kendama_cli.robot_model.placement.placement import joint_trajectory
 from kendama_cli.schema.arrays import Array
 from tests.simulation.dart.bench_robot import kendama_game, pa10

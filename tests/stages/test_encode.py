@@ -8,8 +8,7 @@ from kendama_cli.artifacts.demonstration import Demonstration, DemonstrationSet
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import InputError, StageError
 from kendama_cli.motion.dmp.plan_text import plan_text
-from kendama_cli.motion.dmp.primitive import play
-from kendama_cli.motion.dmp.variation import sample_plan
+from kendama_cli.motion.dmp.primitive import play, sample_plan
 from kendama_cli.stages.encode.stage import Encode
 from tests.memory_context import MemoryContext
 from tests.motion.swings import demonstration, path, settings

@@ -9,7 +9,7 @@ import yaml
 
 from kendama_cli.artifacts.friction_model import FrictionModel
 from kendama_cli.errors import StageError
-from kendama_cli.identification.identify_settings import IdentifySettings
+from kendama_cli.identification.settings import IdentifySettings
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import TwinHardware

@@ -11,7 +11,7 @@ import pytest
 from kendama_cli.control.scene_history import SceneHistory, SceneRecordingRobot, joint_places
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.simulated import SimulatedRobot
-from kendama_cli.physics.sampled_body import SampledBody
+from kendama_cli.physics.rim_crossing import SampledBody
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware
 from kendama_cli.settings.robot import Imperfection

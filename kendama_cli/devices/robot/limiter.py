@@ -12,7 +12,7 @@ from kendama_cli.motion import minimum_jerk
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart import drive_kernel
-from kendama_cli.simulation.dart.drive import limit_rows
+from kendama_cli.simulation.dart.drive_kernel import limit_rows
 
 ABSURD_RAD = 1e3
 ABSURD_FACTOR = 1e5

@@ -20,16 +20,15 @@ from kendama_cli.devices.robot.interface import (
 from kendama_cli.devices.robot.limiter import ABSURD_FACTOR, ABSURD_RAD, check_command, check_values, nearest_command
 from kendama_cli.devices.robot.task import Task
 from kendama_cli.errors import HardwareError
-from kendama_cli.motion.hermite import cubic_between
+from kendama_cli.motion.even_spline import cubic_between
 from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.interact import InteractionTask
 from kendama_cli.settings.robot import Imperfection, RobotSettings
 from kendama_cli.settings.scene import StaticBody
-from kendama_cli.simulation.dart.drive_delay import Backlash, DriveDelay, Reference
+from kendama_cli.simulation.dart.arm_errors import Backlash, DriveDelay, Reference, WorldErrors
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from kendama_cli.simulation.dart.world_errors import WorldErrors
 
 
 class ImperfectTracking:

@@ -21,9 +21,9 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import fftconvolve, savgol_coeffs
 
 from kendama_cli.motion.dmp.basis import Basis, activations, phase
-from kendama_cli.motion.dmp.moving_goal import goal_path
+from kendama_cli.motion.dmp.onset import MIN_SAMPLES, TrimmedDemonstration
 from kendama_cli.motion.dmp.position_fit import Ends, Operator, even_operator, operator, project, solve_positions
-from kendama_cli.motion.dmp.resampling import MIN_SAMPLES, TrimmedDemonstration
+from kendama_cli.motion.dmp.primitive import goal_path
 from kendama_cli.motion.dmp.settings import EncodeSettings
 from kendama_cli.schema.arrays import Array
 

@@ -21,8 +21,7 @@ from functools import lru_cache, partial
 import numpy as np
 
 from kendama_cli.motion.dmp.basis import Basis
-from kendama_cli.motion.dmp.common_functions import CommonFunctions, common_functions
-from kendama_cli.motion.dmp.even_samples import node_sums
+from kendama_cli.motion.dmp.even_samples import CommonFunctions, common_functions, node_sums
 from kendama_cli.motion.dmp.response_columns import ResponseColumns, read_rows, response_columns
 from kendama_cli.schema.arrays import Array
 

@@ -4,8 +4,9 @@
     x' = -alpha x / tau,   x(0) = 1                                                             (4)
     f(x) = x sum_j w_j psi_j(x) / sum_j psi_j(x),   psi_j = exp(-(x - c_j)^2 / (2 s_j^2))       (5)
 
-A motion that does not end at rest has a goal that moves with it (``moving_goal``): K (g(s) - y) + D (tau g' - v) stands
-for K (g - y) - D v in eq. 3; where the goal velocity is zero this is eq. 3. After tau, f = 0 and the motion stays on
+A motion that does not end at rest has a goal that moves with it (``GoalPath``; J. Kober, K. Muelling and others,
+"Movement templates for learning of hitting and batting", ICRA 2010): K (g(s) - y) + D (tau g' - v) stands for
+K (g - y) - D v in eq. 3; where the goal velocity is zero this is eq. 3. After tau, f = 0 and the motion stays on
 its goal, which comes to rest if it still moves.
 
 Notation, and the names in code (a ``MotionPlan`` holds all of them):
@@ -21,14 +22,14 @@ Notation, and the names in code (a ``MotionPlan`` holds all of them):
     w_j         weights, (c, m)                                                                             weights
     psi_j, c_j, s_j   basis functions, their centres in x (equal in time), their widths             centers, widths
 
-Where things are: ``phase`` (eq. 4), ``basis`` (eq. 5), ``integration`` (eq. 3), ``regression`` and ``position_fit``
-(weights from a demonstration), ``resampling`` and ``onset`` (what a demonstration's motion is), ``averaging`` and
-``variation`` (many demonstrations), ``agreement`` (which of them stand apart), ``rotation`` and
-``turning`` (orientation), ``plan_text`` (JSON and YAML).
+Files: ``basis`` (eq. 4 and 5), ``integration`` (eq. 3), ``encoding`` and ``position_fit`` (weights from a
+demonstration), ``onset`` (its motion), ``averaging`` (many demonstrations), ``turning`` (orientation), ``heading``
+(the swing's plane), ``plan_text`` (JSON and YAML).
 """
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,8 +37,36 @@ import numpy as np
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.dmp.basis import features, phase
 from kendama_cli.motion.dmp.integration import Solution, settle, solve
-from kendama_cli.motion.dmp.moving_goal import goal_path
 from kendama_cli.schema.arrays import Array
+
+ROLL_OUT = 0.15
+"""Share of the duration in which a goal that still moves at the end comes to rest, by half of that way."""
+
+
+@dataclass(frozen=True)
+class GoalPath:
+    """The goal at n instants; every array is (n, k), derivatives are by s = t / tau."""
+
+    position: Array
+    rate: Array
+    second: Array
+
+
+def goal_path(share: Array, goal: Array, goal_rate: Array) -> GoalPath:
+    """Return the goal at fraction ``share`` s (n,): g + g' (s - 1) up to s = 1, then rolling out to g + g' ROLL_OUT
+    / 2.
+
+    The rate then is g' (1 - u)^2 (1 + 2 u), u = (s - 1) / ROLL_OUT: it leaves g' and comes to rest without a jump
+    of the acceleration. ``goal`` and ``goal_rate`` are (k,).
+    """
+    s = np.asarray(share, dtype=np.float64)[:, None]
+    ahead = np.minimum(s - 1.0, 0.0)
+    u = np.clip((s - 1.0) / ROLL_OUT, 0.0, 1.0)
+    rolled = ROLL_OUT * (u - u**3 + u**4 / 2)
+    rate = (1 - u) ** 2 * (1 + 2 * u)
+    second = -6 * u * (1 - u) / ROLL_OUT
+    return GoalPath(goal + goal_rate * (ahead + rolled), goal_rate * rate, goal_rate * second)
+
 
 STEPS = 1000
 """Runge-Kutta steps per motion: the error is below 1e-9 of the motion's size for K up to 10 000."""
@@ -87,4 +116,49 @@ def _to_goal(plan: MotionPlan, steps: int) -> Solution:
         plan.start_velocity_m_s * plan.duration_s - rate,
         float(np.sqrt(plan.stiffness)),
         steps,
+    )
+
+
+def parameters(plan: MotionPlan) -> Array:
+    """Return log T, start rate, goal - start, goal rate (a rate is velocity x T) and weights; (1 + c (3 + m),)."""
+    return np.concatenate(
+        (
+            [np.log(plan.duration_s)],
+            plan.start_velocity_m_s * plan.duration_s,
+            plan.goal_m - plan.start_m,
+            plan.goal_velocity_m_s * plan.duration_s,
+            plan.weights.ravel(),
+        )
+    )
+
+
+def with_parameters(plan: MotionPlan, values: Array) -> MotionPlan:
+    """Return ``plan`` with the parameters ``values``, in the order of ``parameters``."""
+    c = len(plan.coordinates)
+    duration = float(np.exp(values[0]))
+    start_rate, way, goal_rate = values[1 : 1 + 3 * c].reshape(3, c)
+    return dataclasses.replace(
+        plan,
+        duration_s=duration,
+        start_velocity_m_s=start_rate / duration,
+        goal_m=plan.start_m + way,
+        goal_velocity_m_s=goal_rate / duration,
+        weights=values[1 + 3 * c :].reshape(plan.weights.shape),
+    )
+
+
+def covariance(plan: MotionPlan) -> Array:
+    """Return the covariance of the parameters over the demonstrations that ``plan`` averages; zeros for one."""
+    made: Array = plan.variation.T @ plan.variation
+    return made
+
+
+def sample_plan(plan: MotionPlan, rng: np.random.Generator, scale: float = 1.0) -> MotionPlan:
+    """Sample a swing from the normal distribution with mean ``plan`` and ``scale``^2 times its covariance.
+
+    The parameters vary together as they did over the demonstrations, so what is drawn is again a swing of their kind.
+    """
+    drawn = rng.standard_normal(len(plan.variation)) @ plan.variation
+    return dataclasses.replace(
+        with_parameters(plan, parameters(plan) + scale * drawn), variation=np.zeros((0, plan.variation.shape[1]))
     )

@@ -16,8 +16,8 @@ from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan, TurnPlan
 from kendama_cli.motion.dmp.averaging import Encoding
 from kendama_cli.motion.dmp.encoding import fit_demonstrations
+from kendama_cli.motion.dmp.onset import between
 from kendama_cli.motion.dmp.primitive import play
-from kendama_cli.motion.dmp.resampling import between
 from kendama_cli.motion.dmp.settings import EncodeSettings
 from kendama_cli.motion.rotation import continuous_logarithm, exponential, inverse, logarithm, multiply, rotated
 from kendama_cli.schema.arrays import Array

@@ -27,7 +27,7 @@ from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.interact import InteractionTask, InteractSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
-from kendama_cli.simulation.dart.task_state import task_state
+from kendama_cli.simulation.dart.wrist import task_state
 from kendama_cli.stages.interface import Metric, StageContext, StageResult
 
 PROGRESS_STEPS = 500

@@ -18,8 +18,8 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.learning.decision import GreedyPolicy, task_meaning
 from kendama_cli.learning.interface import LearnerMaker
-from kendama_cli.learning.policy import GreedyPolicy, task_meaning
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.updates import Transition

@@ -23,10 +23,9 @@ import numpy as np
 from numpy.random import Generator
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.learning.decision import NEVER_S, ROUNDING_S
+from kendama_cli.learning.decision import NEVER_S, ROUNDING_S, task_meaning
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.parameter_search import Generation, parameter_search
-from kendama_cli.learning.policy import task_meaning
 from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
 from kendama_cli.learning.settings import LearnSettings

@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.errors import ConfigError
-from kendama_cli.learning.decision import BinActor, HeldAction, greedy_column
+from kendama_cli.learning.decision import BinActor, HeldAction, greedy_column, seal_table, task_meaning
 from kendama_cli.learning.interface import LearnerMaker
-from kendama_cli.learning.policy import seal_table, task_meaning
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
-from kendama_cli.learning.traces import TRACES
-from kendama_cli.learning.updates import UPDATES, Transition
+from kendama_cli.learning.updates import TRACES, UPDATES, Transition
 from kendama_cli.learning.value_learner import ValueLearner
 from kendama_cli.plugins.learners.settings import TileCodingSettings
 

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from kendama_cli.errors import ConfigError, MissingPartError, install_line
+from kendama_cli.physics.rim_crossing import SampledBody
 from kendama_cli.physics.rope import CupProfile
 from kendama_cli.physics.rope_chain import link_lengths_m
-from kendama_cli.physics.sampled_body import SampledBody
 from kendama_cli.settings.game import GameSettings, HandleTie, SideTie
 
 LINKS = 40

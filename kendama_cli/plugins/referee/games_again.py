@@ -17,8 +17,7 @@ from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.log.reader import LogFile, logged_settings
 from kendama_cli.log.writer import McapLog, MemoryFile
 from kendama_cli.motion.sampling import columns_at
-from kendama_cli.physics.rim_crossing import SLACK_S
-from kendama_cli.physics.sampled_body import SampledBody
+from kendama_cli.physics.rim_crossing import SLACK_S, SampledBody
 from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.record import find_run
 from kendama_cli.pipeline.report import section_log

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.errors import SimulationError
-from kendama_cli.physics.rim_crossing import is_caught, is_inside
-from kendama_cli.physics.sampled_body import SampledBody
+from kendama_cli.physics.rim_crossing import SampledBody, is_caught, is_inside
 from kendama_cli.plugins.referee.chain import STEP_S, chain_model, hang, mujoco
 from kendama_cli.plugins.referee.cup_track import CupTrack
 from kendama_cli.schema.arrays import Array

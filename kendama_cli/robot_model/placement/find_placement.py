@@ -9,12 +9,11 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
-from kendama_cli.motion.dmp.cup_path import CupPath
-from kendama_cli.motion.dmp.heading import swing_heading_rad
+from kendama_cli.motion.dmp.heading import CupPath, swing_heading_rad
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.clearance import Clearance, least_clearance
-from kendama_cli.robot_model.placement.limit_ratios import LimitRatios, limit_ratios
+from kendama_cli.robot_model.placement.motion_check import LimitRatios, limit_ratios
 from kendama_cli.robot_model.placement.placement_search import (
     UNREACHED,
     PlacementProblem,

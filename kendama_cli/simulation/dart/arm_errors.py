@@ -1,4 +1,4 @@
-"""Errors of an arm: it lags behind its commands, and its cup is not quite in position."""
+"""Errors of a simulation and its arm: ball, rope and air differ, the arm lags, and its cup is not quite in position."""
 
 from __future__ import annotations
 
@@ -13,7 +13,35 @@ from kendama_cli.motion import minimum_jerk
 from kendama_cli.robot_model.inverse_kinematics import weighted_step
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.drive_delay import DriveDelay
+
+
+@dataclass(frozen=True)
+class WorldErrors:
+    """Errors of one world against its controller's beliefs (see settings.robot.Imperfection).
+
+    The rope is ``rope_scale`` times as long as the game's, and ``ball_start_m`` is how far the ball hangs aside.
+    ``rope_kg`` is the mass of its chain of links, None as in the game (0: a spring without mass).
+    ``joint_friction_nm`` is Coulomb friction of every joint beyond the known one, ``joint_friction_fraction`` the share
+    of each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game;
+    ``mass_scale`` and ``drag_scale`` are factors on the ball's mass and on the air's force; ``tie_friction_m`` is the
+    moment of the rope's friction at its tie over its pull, ``gravity_tilt_rad`` how far gravity leans toward +x for
+    the ball; the arm's stiff drive would not show it (g sin 1 deg / Kp is 0.05 mm).
+    """
+
+    rope_scale: float = 1.0
+    ball_start_m: float = 0.0
+    joint_friction_nm: float = 0.0
+    joint_friction_fraction: float = 0.0
+    restitution: float | None = None
+    mass_scale: float = 1.0
+    drag_scale: float = 1.0
+    tie_friction_m: float = 0.0
+    gravity_tilt_rad: float = 0.0
+    rope_kg: float | None = None
+
+
+NO_ERRORS = WorldErrors()
+
 
 KNOT_S = 0.02
 """The cup's error is carried to the joints this often and interpolated between: eight times in a period of 6 Hz."""
@@ -83,3 +111,48 @@ def _joint_offsets(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) 
     ]
     curve = CubicSpline(t_s[knots], np.array(offsets))
     return curve(t_s), curve(t_s, 1), curve(t_s, 2)
+
+
+class Backlash:
+    """Joints (n,) that follow their motors through a play of ``width_rad`` from end to end.
+
+        link' = clip(link, motor - width / 2, motor + width / 2)
+
+    A link that is not pushed rests. ``gap_rad`` (n,) is how far the motors are ahead of the links.
+    """
+
+    def __init__(self, start_rad: Array, width_rad: float) -> None:
+        self._half_rad = 0.5 * width_rad
+        self._link = np.array(start_rad)
+        self.gap_rad: Array = np.zeros_like(self._link)
+
+    def follows(self, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+        """Return the links' positions, velocities and accelerations (n,) for those of the motors."""
+        link = np.clip(self._link, position - self._half_rad, position + self._half_rad)
+        pushed = link != self._link
+        self._link = link
+        self.gap_rad = position - link
+        return link, np.where(pushed, velocity, 0.0), np.where(pushed, acceleration, 0.0)
+
+
+Reference = tuple[Array, Array, Array, Array]
+"""Positions, velocities, accelerations and the torque to add (n,), at the end of one step."""
+
+
+class DriveDelay:
+    """A pure delay of ``latency_s``, then a lag of first order with the time constant ``lag_s`` (0: none)."""
+
+    def __init__(self, start: Reference, *, latency_s: float, lag_s: float, step_s: float) -> None:
+        self._waiting = [start] * round(latency_s / step_s)
+        self._share = 1.0 if lag_s <= 0 else 1.0 - math.exp(-step_s / lag_s)
+        self._last = start
+
+    def delayed(self, reference: Reference) -> Reference:
+        """Return the drive's reference in the step for which ``reference`` was commanded."""
+        self._waiting.append(reference)
+        target = self._waiting.pop(0)
+        if self._share < 1.0:
+            q, v, a, effort = (old + self._share * (new - old) for old, new in zip(self._last, target, strict=True))
+            target = (q, v, a, effort)
+        self._last = target
+        return target

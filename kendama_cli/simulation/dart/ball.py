@@ -19,8 +19,8 @@ from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings, SideTie
 from kendama_cli.simulation.dart import rope_chain_kernel, rope_kernel
+from kendama_cli.simulation.dart.arm_errors import NO_ERRORS, WorldErrors
 from kendama_cli.simulation.dart.rope_chain import NO_CHAIN, RopeChain
-from kendama_cli.simulation.dart.world_errors import NO_ERRORS, WorldErrors
 
 NOTHING: Array = np.zeros(3)
 

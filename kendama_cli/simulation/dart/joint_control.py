@@ -15,12 +15,12 @@ from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart import step_kernel, stiction_kernel, torque_kernel
+from kendama_cli.simulation.dart import step_kernel, torque_kernel
 from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
 from kendama_cli.simulation.dart.ball import TetheredBall
-from kendama_cli.simulation.dart.drive import Drive
+from kendama_cli.simulation.dart.drive_kernel import Drive
 from kendama_cli.simulation.dart.step_kernel import StepArrays
-from kendama_cli.simulation.dart.task_state import coriolis_nm
+from kendama_cli.simulation.dart.wrist import coriolis_nm
 
 
 class JointFriction:
@@ -205,7 +205,7 @@ class JointControl:
         load = self.effort_nm - dynamics.bias - viscous * velocity_rad_s
         load += dynamics.screws @ np.concatenate([cross(at_m, force_n), force_n])
         dry, change = np.empty(n), np.zeros(n)
-        stiction_kernel.accelerations(
+        torque_kernel.accelerations(
             dynamics.inertia, viscous, velocity_rad_s, load, friction.level_nm, self._gains[2], dry, change
         )
         self._skeleton.setForces(dynamics.carry_rotors(velocity_rad_s, change, self.effort_nm))

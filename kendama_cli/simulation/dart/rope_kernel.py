@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kendama_cli.physics.air import drag_n
+from kendama_cli.physics.free_fall import drag_n
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
 from kendama_cli.system.compiled import NONE, READ, WRITE, Array, boolean, compiled, compiled_as, float64
 

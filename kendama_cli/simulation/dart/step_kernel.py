@@ -11,8 +11,16 @@ from kendama_cli.simulation.dart.drive_kernel import FASTEST, LOWER, UPPER
 from kendama_cli.simulation.dart.dynamics_kernel import ROTOR, carry_rotors, move_chain
 from kendama_cli.simulation.dart.rope_chain_kernel import pull_chain
 from kendama_cli.simulation.dart.rope_kernel import HEIGHT, PIVOT, REACTION, SIDE
-from kendama_cli.simulation.dart.stiction_kernel import accelerations
-from kendama_cli.simulation.dart.torque_kernel import FINE, GONE, LOST, NEAR, NOT_FINITE, VISCOUS, command
+from kendama_cli.simulation.dart.torque_kernel import (
+    FINE,
+    GONE,
+    LOST,
+    NEAR,
+    NOT_FINITE,
+    VISCOUS,
+    accelerations,
+    command,
+)
 from kendama_cli.system.compiled import READ, READ_2D, WRITE, WRITE_2D, Array, boolean, compiled_as, float64, int64
 
 NEAR_M, NEAR_S, NEAR_RAD, NEAR_SPEED = 0.02, 0.002, 0.02, 0.9

@@ -18,13 +18,12 @@ from kendama_cli.settings.interact import InteractSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
 from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
+from kendama_cli.simulation.dart.arm_errors import WorldErrors
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.joint_control import JointControl
 from kendama_cli.simulation.dart.scene import Scene, check_clear
 from kendama_cli.simulation.dart.stepper import STEP_S, Stepper, WorldPair
-from kendama_cli.simulation.dart.task_state import task_state
-from kendama_cli.simulation.dart.world_errors import WorldErrors
-from kendama_cli.simulation.dart.wrist import ContactSensor, wrist_wrench
+from kendama_cli.simulation.dart.wrist import ContactSensor, task_state, wrist_wrench
 
 SHORTEST_M = 1e-3
 """A link whose joints' origins coincide has no capsule of its own: its neighbours' caps cover it."""

@@ -9,13 +9,38 @@ import numpy as np
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
+from kendama_cli.motion.even_spline import cubic, piece_at
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.robot_model.placement.placement import CupLine
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.simulation.dart.arm_errors import WorldErrors
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from kendama_cli.simulation.dart.world_errors import WorldErrors
-from kendama_cli.simulation.swingup import line_kernel
+from kendama_cli.system.compiled import Array, compiled
+
+
+@compiled
+def references(  # noqa: PLR0917 - plain numbers and arrays, as compiled code takes them
+    pieces: Array, first_m: float, knot_m: float, cup: Array, acceleration_m_s2: float, period_s: float, out: Array
+) -> None:
+    """Move ``cup`` on, whose numbers are x and v, at a constant acceleration a; the joints at the end of every period.
+
+        q' = q_x v,   q'' = q_x a + q_xx v^2
+
+    ``pieces`` (4, k, n) are the coefficients of the cubics q(x), the highest power first, from ``first_m`` on, each
+    ``knot_m`` long; beyond the ends the last ones go on. ``out`` (m, 3, n) holds q, q' and q'' at m instants.
+    """
+    for instant in range(out.shape[0]):
+        cup[0] += cup[1] * period_s + 0.5 * acceleration_m_s2 * period_s * period_s
+        cup[1] += acceleration_m_s2 * period_s
+        x, v = cup
+        k, u = piece_at(x, first_m, knot_m, pieces.shape[1])
+        for i in range(out.shape[2]):
+            a, b, c, d = pieces[0, k, i], pieces[1, k, i], pieces[2, k, i], pieces[3, k, i]
+            out[instant, 0, i], slope, bend = cubic(a, b, c, d, u)
+            out[instant, 1, i] = slope * v
+            out[instant, 2, i] = slope * acceleration_m_s2 + bend * v * v
+
 
 MARGIN_M = 0.01
 """The line goes on so far beyond the workspace: the error of an acceleration carries the reference a little over."""
@@ -66,7 +91,7 @@ class ArmSwing:
     def step(self, acceleration_m_s2: float) -> None:
         """Advance by ``learn.step_s``; raises SimulationError where arm or ball leave their domain."""
         motion = (self._pieces, self._first_m, self._knot_m, self._cup, float(acceleration_m_s2), STEP_S, self._motion)
-        line_kernel.references(*motion)
+        references(*motion)
         step = self._world.step
         for position_rad, velocity_rad_s, acceleration_rad_s2 in self._instants:
             step(position_rad, velocity_rad_s, acceleration_rad_s2)

@@ -11,19 +11,17 @@ from typing import cast
 import numpy as np
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.learning.half_swings import swing_direction
 from kendama_cli.learning.interface import Actor
 from kendama_cli.learning.reward import Flight, Goal, Outcome
 from kendama_cli.learning.settings import LearnSettings
-from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.state import SwingState, swing_direction
 from kendama_cli.learning.task_settings import DartEngine, GoalSettings
 from kendama_cli.physics.taut_rope import rope_angle
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.swingup.compiled_rollouts import CompiledRollouts
 from kendama_cli.simulation.swingup.engine import StepCallback, SwingEngine, rate, state_of
 from kendama_cli.simulation.swingup.flight import Release, fly
-from kendama_cli.simulation.swingup.noise import draw_noise, no_noise
-from kendama_cli.simulation.swingup.rollout import RolloutNoise, SimulatedRollout
+from kendama_cli.simulation.swingup.rail import CompiledRollouts
+from kendama_cli.simulation.swingup.rollout import RolloutNoise, SimulatedRollout, draw_noise, no_noise
 from kendama_cli.simulation.swingup.workspace import limiter
 
 Rolling = Generator[tuple[SwingState, float], tuple[float, float], SimulatedRollout]

@@ -1,8 +1,10 @@
-"""Rollouts of what learns no more, side by side on every core: a learner's validation, a policy's evaluation."""
+"""Rollouts of a policy that learns no more, side by side on every core, and the random baseline of a task."""
 
 from __future__ import annotations
 
 import copy
+import dataclasses
+import functools
 import itertools
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
@@ -18,11 +20,14 @@ from numpy.random import Generator
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.errors import StageError
 from kendama_cli.learning.interface import Actor, Learner
-from kendama_cli.learning.learners import make_policy, resume_learner
+from kendama_cli.learning.learner_settings import RandomSettings
+from kendama_cli.learning.learners import begin_learner, make_policy, resume_learner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
+from kendama_cli.learning.task_settings import RailEngine
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
+from kendama_cli.simulation.swingup.rail import without_rope_mass
 from kendama_cli.simulation.swingup.rollout import RolloutNoise, SimulatedRollout
 from kendama_cli.system.processes import PROCESSES, process_pool, processes
 
@@ -155,3 +160,22 @@ def _begin(settings: LearnSettings, game: GameSettings) -> None:
 def _roll_out(frozen: Frozen, noise: RolloutNoise) -> WatchedRollout:
     assert _own is not None
     return _watched(_own, frozen, noise)
+
+
+ROLLOUTS = 400
+_SEED = 324
+
+
+@functools.lru_cache(maxsize=16)
+def random_success_rate(settings: LearnSettings, game: GameSettings) -> float:
+    """Share of ROLLOUTS rollouts, each driven by a newly drawn harmonic on the rail, that succeed; always the same."""
+    drawing = dataclasses.replace(settings, learner=RandomSettings("random"), engine=RailEngine("rail"))
+    environment, learner = SwingUpEnvironment(drawing, without_rope_mass(game)), begin_learner(drawing)
+    noise_rng, harmonic_rng = np.random.default_rng([_SEED, 1]), np.random.default_rng([_SEED, 2])
+    succeeded = 0
+    for _ in range(ROLLOUTS):
+        learner.begin_rollout(harmonic_rng)
+        rollout = environment.roll_out(learner, environment.noise(noise_rng))
+        learner.end_rollout("timeout", rollout.final)  # so that no streak ever freezes what is drawn
+        succeeded += rollout.success
+    return succeeded / ROLLOUTS

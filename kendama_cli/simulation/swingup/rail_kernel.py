@@ -14,11 +14,10 @@ from typing import Any, NamedTuple, get_type_hints
 import numpy as np
 
 from kendama_cli.learning.discretisation import Bins, place_of
-from kendama_cli.learning.half_swings import swing_direction
 from kendama_cli.learning.reward import Window, in_window, within_reach
+from kendama_cli.learning.state import swing_direction
 from kendama_cli.motion.braking import BrakingLimiter, limited
-from kendama_cli.physics.air import drag_n
-from kendama_cli.physics.free_fall import landing
+from kendama_cli.physics.free_fall import drag_n, landing
 from kendama_cli.physics.rim_crossing import falls_in
 from kendama_cli.physics.rope import CupProfile, RopeLaw, pivot, tension_n
 from kendama_cli.physics.taut_rope import Ball, TautRope, ball_on, rope_angle, rope_rate

@@ -24,7 +24,7 @@ from kendama_cli.stages.adapt.messages import (
     AdaptWindowMessage,
 )
 
-_MOST_MISS_MM = 500.0
+_MAX_COST_MM = 500.0
 CAPTION = (
     "What each rollout of the policy search cost: how far from the planned cup the ball came down, more where it never"
     " did; the rollouts of a generation are in one perturbed simulation. Bars: the share of the repeats after a"
@@ -38,7 +38,7 @@ def policy_search(log: StageLog) -> Panel | None:
     if explored.empty:
         return None
     number = explored["index"].to_numpy(np.float64) + 1.0
-    cost_mm = np.minimum(1e3 * explored["cost_m"].to_numpy(np.float64), _MOST_MISS_MM)
+    cost_mm = np.minimum(1e3 * explored["cost_m"].to_numpy(np.float64), _MAX_COST_MM)
     caught = explored["caught"].to_numpy(bool)
     with drawing("adapt-policy", "Cost of the rollouts of the policy search", height_in=3.6) as made:
         axes = made.axes()[0]

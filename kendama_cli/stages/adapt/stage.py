@@ -8,20 +8,18 @@ import functools
 from collections.abc import Mapping
 from typing import Any
 
-from kendama_cli.adaptation.catch_family import CatchFamily
+from kendama_cli.adaptation.catch_family import CatchFamily, playable_tilt
 from kendama_cli.adaptation.catch_search import TauSearch
-from kendama_cli.adaptation.perturbed_simulations import PerturbedSimulations
+from kendama_cli.adaptation.perturbed_simulations import MotionVariation, PerturbedSimulations, Trial
 from kendama_cli.adaptation.policy_search import PolicySearch
 from kendama_cli.adaptation.search_record import MOUTH_SHARE, Bounds, CatchSearch, Search
 from kendama_cli.adaptation.settings import AdaptSettings
-from kendama_cli.adaptation.tilt import playable_tilt
-from kendama_cli.adaptation.trial import MotionVariation, Trial
 from kendama_cli.artifacts.kendama_model import KendamaModel
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
-from kendama_cli.identification.friction_known import with_identified
 from kendama_cli.motion.dmp.heading import scaled_plan, swing_heading_rad, turned_plan
 from kendama_cli.robot_model.arm_motion import ArmMotion
+from kendama_cli.robot_model.friction import with_identified
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.find_placement import find_placement
 from kendama_cli.schema.artifacts import from_plain, to_plain

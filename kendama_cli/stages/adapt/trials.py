@@ -5,19 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from kendama_cli.adaptation.catch_family import CatchFamily
-from kendama_cli.adaptation.perturbed_simulations import Perturbation
+from kendama_cli.adaptation.perturbed_simulations import Attempt, MotionVariation, Perturbation, Repeat, Trial
 from kendama_cli.adaptation.search_record import Search
 from kendama_cli.adaptation.settings import AdaptSettings
-from kendama_cli.adaptation.trial import Attempt, MotionVariation, Repeat, Trial
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.control.catch_reach import lacking_reach
 from kendama_cli.control.corrected_motion import CupPlan
 from kendama_cli.control.visual_catch import VisualCatch, cup_plan
 from kendama_cli.errors import SimulationError
 from kendama_cli.robot_model.arm_motion import ArmMotion
+from kendama_cli.simulation.dart.arm_errors import NO_ERRORS
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import ArmWorld
-from kendama_cli.simulation.dart.world_errors import NO_ERRORS
 from kendama_cli.stages.adapt.logged import log_attempt, log_repeat
 from kendama_cli.stages.interface import StageContext
 

@@ -13,10 +13,9 @@ from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.devices.demonstrator.plan_file import read_plan
 from kendama_cli.errors import StageError
-from kendama_cli.motion.dmp.agreement import apart, axes_of
-from kendama_cli.motion.dmp.averaging import COORDINATES, Deviation, Encoding, encode, prepare
+from kendama_cli.motion.dmp.averaging import COORDINATES, Deviation, Encoding, apart, axes_of, encode, prepare
+from kendama_cli.motion.dmp.onset import between_samples_m
 from kendama_cli.motion.dmp.primitive import play
-from kendama_cli.motion.dmp.resampling import between_samples_m
 from kendama_cli.motion.dmp.settings import EncodeSettings
 from kendama_cli.motion.dmp.turning import encode_turns, tilt_only, turns_of
 from kendama_cli.schema.arrays import Array

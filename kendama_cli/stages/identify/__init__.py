@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kendama_cli.identification.identify_settings import IdentifySettings
+from kendama_cli.identification.settings import IdentifySettings
 from kendama_cli.schema.declaration import Headline, StageDeclaration
 from kendama_cli.stages.identify.messages import TOPICS
 

@@ -17,9 +17,8 @@ from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.identification.excitation import excitation
 from kendama_cli.identification.friction_choice import FrictionSamples, choose_friction
 from kendama_cli.identification.friction_samples import Samples
-from kendama_cli.identification.identify_settings import IdentifySettings
-from kendama_cli.identification.recording import JointRecording, play, recorded
-from kendama_cli.identification.tracking import TrackedPath, circle
+from kendama_cli.identification.recording import JointRecording, TrackedPath, circle, play, recorded
+from kendama_cli.identification.settings import IdentifySettings
 from kendama_cli.log.messages import WrenchMessage
 from kendama_cli.robot_model.friction import network_torque, parametric_torque
 from kendama_cli.robot_model.model import RobotModel

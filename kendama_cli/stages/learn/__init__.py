@@ -15,7 +15,7 @@ STAGE = StageDeclaration(
     settings={"learn": LearnSettings},
     topics=TOPICS,
     chapter="kendama_cli.stages.learn.chapter:swingup_figures",
-    replay="kendama_cli.stages.learn.performance:replay",
+    replay="kendama_cli.stages.learn.chapter:replay",
     ensemble_chapter="kendama_cli.stages.learn.comparison:CHAPTER",
     headline=(
         Headline("rollouts_to_solved", "rollouts before the first of those in a row that prove the swing-up"),

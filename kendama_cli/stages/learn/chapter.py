@@ -13,6 +13,7 @@ from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.report.animation import player
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing
+from kendama_cli.report.replay.performance import Performance, performance
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import INK, LINE, MUTED, PAPER
 from kendama_cli.report.swing_up_panels import reward_panel, series_panel, swing_panel
@@ -146,3 +147,9 @@ def _table(log: StageLog) -> Panel | None:
         bar.set_label("acceleration [m/s²]", color=INK)
         bar.outline.set_edgecolor(MUTED)
     return Panel(f"The table after {last.rollout} rollouts", made.svg)
+
+
+def replay(log: StageLog) -> list[Performance]:
+    """Return the learned swing-up without noise: cup and ball, with the cup on its line."""
+    found = performance(log, "/learn", "Learned swing-up, simulated", "simulation")
+    return [found] if found is not None else []

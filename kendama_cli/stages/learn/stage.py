@@ -16,10 +16,9 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.best_swing import BestSwing, best_swing
-from kendama_cli.simulation.swingup.chance import random_success_rate
 from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
-from kendama_cli.simulation.swingup.frozen_rollouts import FrozenRollouts
+from kendama_cli.simulation.swingup.frozen_rollouts import FrozenRollouts, random_success_rate
 from kendama_cli.stages.interface import Metric, StageContext, StageResult
 from kendama_cli.stages.learn.messages import QTableMessage, SwingStateMessage
 from kendama_cli.stages.learn.progress import LearnProgress

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kendama_cli.identification.measure_settings import SwingMeasurement, TrackMeasurement
+from kendama_cli.identification.settings import SwingMeasurement, TrackMeasurement
 from kendama_cli.schema.declaration import Headline, StageDeclaration
 from kendama_cli.stages.measure.messages import TOPICS
 

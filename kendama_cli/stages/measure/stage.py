@@ -13,9 +13,14 @@ from kendama_cli.devices.recordings.flight_reader import read_tracks
 from kendama_cli.devices.robot.exchange_log import RememberingRobot, exchange_message
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import ConfigError, InputError
-from kendama_cli.identification.free_swing import free_swing
-from kendama_cli.identification.kendama_fit import FreeSwing, KendamaFit, measure_kendama, swing_in_its_plane
-from kendama_cli.identification.measure_settings import SwingMeasurement, TrackMeasurement
+from kendama_cli.identification.kendama_fit import (
+    FreeSwing,
+    KendamaFit,
+    free_swing,
+    measure_kendama,
+    swing_in_its_plane,
+)
+from kendama_cli.identification.settings import SwingMeasurement, TrackMeasurement
 from kendama_cli.robot_model.placement.placement import cup_line
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings

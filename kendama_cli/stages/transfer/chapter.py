@@ -21,8 +21,7 @@ from kendama_cli.report.thumbnails import thumbnails
 from kendama_cli.report.tracks import Array, Geometry, Path2D, catch_time_s, last_start_s, pair
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.transfer.messages import GameMessage, TransferStepMessage
-from kendama_cli.stages.transfer.performance import shown_game
-from kendama_cli.stages.transfer.prediction_panels import ahead, error_over_time_panel
+from kendama_cli.stages.transfer.performance import ahead, error_over_time_panel, shown_game
 
 _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught", "caught"))
 

@@ -1,19 +1,23 @@
-"""Replay in space of a transfer, and the game that a report shows."""
+"""Replay of a transfer in space, the game that a report shows, and the predictions in the games."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+import pandas as pd
 
+from kendama_cli.report.animation import Ahead
+from kendama_cli.report.figure import Panel
 from kendama_cli.report.origin import robot_of
+from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.replay.camera_images import camera_images
 from kendama_cli.report.replay.performance import Expected, Performance, performance
 from kendama_cli.report.source import StageLog
-from kendama_cli.report.tracks import last_start_s
+from kendama_cli.report.style import CUP, MUTED, OTHER
+from kendama_cli.report.tracks import Array, Path2D, direction, last_start_s
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform
 from kendama_cli.stages.transfer.messages import GameEstimateMessage, GameMessage
-from kendama_cli.stages.transfer.prediction_panels import covariances
 
 _SCENE = "/transfer/scene"
 
@@ -82,3 +86,62 @@ def _has_images(log: StageLog, start_s: float, end_s: float) -> bool:
         bool(log.table(topic, CompressedImage)["t_s"].between(start_s, end_s).any())
         for topic in log.topics_under("/transfer/image/")
     )
+
+
+_BINS = 10
+_COLUMNS = ["t_s", "t_catch_s", "x_m", "y_m", "z_m", "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s"]
+
+
+def ahead(log: StageLog, game: int, cup: Path2D, start_s: float) -> list[Ahead]:
+    """Return the estimates of ``game`` in the plane of the tracks; ``cup`` is its path there from ``start_s`` on."""
+    estimates = log.table("/transfer/estimate", GameEstimateMessage)
+    tracked = log.table("/transfer/cup", FrameTransform)
+    if estimates.empty or tracked.empty:
+        return []
+    first = tracked[tracked["t_s"] >= start_s].iloc[0]
+    balls = log.table("/transfer/ball", FrameTransform)
+    along = np.array(direction(balls[balls["t_s"].between(start_s, start_s + float(np.ptp(cup.t_s)))]))
+    of_game = estimates[estimates["game"] == game]
+    t_s, crossing_s, x, y, z, v_x, v_y, v_z = of_game[_COLUMNS].to_numpy(np.float64).T
+    place = (np.column_stack([x, y]) - first[["x_m", "y_m"]].to_numpy(np.float64)) @ along + cup.x_m[0]
+    speed = np.column_stack([v_x, v_y]) @ along
+    sigma = np.sqrt(np.maximum(np.einsum("i,nij,j->n", along, covariances(of_game)[:, :2, :2], along), 0.0))
+    columns = (t_s - start_s, crossing_s - start_s, place, z - float(first["z_m"]) + cup.z_m[0], speed, v_z, sigma)
+    return [Ahead(*row) for row in np.column_stack(columns).tolist()]
+
+
+def error_over_time_panel(log: StageLog) -> Panel | None:
+    """Draw the error and stated uncertainty of every estimate of the games over the time left to the crossing."""
+    estimates, games = log.table("/transfer/estimate", GameEstimateMessage), log.table("/transfer/game", GameMessage)
+    if estimates.empty or games.empty:
+        return None
+    rows = []
+    for number in games.loc[np.isfinite(games["crossing_s"].to_numpy(np.float64)), "index"].tolist():
+        game, of_game = games[games["index"] == number].iloc[0], estimates[estimates["game"] == number]
+        error = np.linalg.norm(of_game[["x_m", "y_m"]].to_numpy(np.float64) - np.array(game["crossing_m"])[:2], axis=1)
+        sigma = np.sqrt(np.maximum(np.trace(covariances(of_game)[:, :2, :2], axis1=1, axis2=2), 0.0))
+        left = float(game["crossing_s"]) - of_game["t_s"].to_numpy(np.float64)
+        rows.append(1e3 * np.column_stack([left, error, sigma]))
+    if not rows:
+        return None
+    left_ms, error_mm, sigma_mm = np.vstack(rows).T
+    group = pd.cut(pd.Series(left_ms), _BINS)
+    middle = (
+        pd.DataFrame({"left": left_ms, "error": error_mm, "sigma": sigma_mm}).groupby(group, observed=True).median()
+    )
+    with drawing("transfer-prediction", "Error over the time left to the catch", width_in=4.6, height_in=3.1) as made:
+        axes = made.axes()[0]
+        axes.plot(left_ms, error_mm, ".", color=MUTED, ms=2.5, alpha=0.6, label="estimate")
+        axes.plot(middle["left"], middle["error"], "o-", color=CUP, ms=3.5, lw=1.4, label="median")
+        axes.plot(middle["left"], middle["sigma"], color=OTHER, lw=1.2, ls=(0, (4, 2)), label="stated sigma")
+        axes.set_yscale("log")
+        axes.invert_xaxis()
+        axes.set_xlabel("time left to the catch [ms]")
+        axes.set_ylabel("error [mm]")
+        legend_above(axes, columns=3)
+    return Panel("Error of the predictions", made.svg)
+
+
+def covariances(estimates: pd.DataFrame) -> Array:
+    """Return the covariances of the predicted positions (n, 3, 3) [m^2]."""
+    return np.array(estimates["covariance_m2"].tolist(), dtype=np.float64).reshape(-1, 3, 3)

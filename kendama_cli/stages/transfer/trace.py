@@ -17,8 +17,7 @@ from kendama_cli.devices.robot.exchange_log import exchange_message
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.learning.interface import FinishedRollout
 from kendama_cli.log.messages import DetectionMessage, ReplayMessage, RolloutMessage, WrenchMessage
-from kendama_cli.physics.rim_crossing import SampledWays
-from kendama_cli.physics.sampled_body import SampledBody
+from kendama_cli.physics.rim_crossing import SampledBody, SampledWays
 from kendama_cli.physics.taut_rope import stretch_m
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, FrameTransforms, JointStates

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kendama_cli.physics.air import drag_over_speed
+from kendama_cli.physics.free_fall import drag_over_speed
 from kendama_cli.schema.arrays import Array, array
 
 STEP_S = 0.05

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.physics.runge_kutta import runge_kutta
+from kendama_cli.physics.free_fall import runge_kutta
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings

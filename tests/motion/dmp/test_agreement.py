@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.motion.dmp.agreement import apart, axes_of
+from kendama_cli.motion.dmp.averaging import apart, axes_of
 from kendama_cli.schema.arrays import Array
 from tests.motion.swings import path
 

@@ -10,9 +10,8 @@ import pytest
 
 from kendama_cli.artifacts.motion_plan import MotionPlan, TurnPlan
 from kendama_cli.motion.dmp.heading import swing_heading_rad, turned_plan
-from kendama_cli.motion.dmp.primitive import play
+from kendama_cli.motion.dmp.primitive import parameters, play, with_parameters
 from kendama_cli.motion.dmp.turning import cup_axes, turns_of
-from kendama_cli.motion.dmp.variation import parameters, with_parameters
 from kendama_cli.schema.arrays import Array
 
 T_S = np.linspace(0.0, 1.0, 200)

@@ -7,8 +7,7 @@ from scipy.integrate import solve_ivp
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.motion.dmp.basis import activations, centers_equal_in_time, features, phase, widths_by_spacing
-from kendama_cli.motion.dmp.moving_goal import ROLL_OUT
-from kendama_cli.motion.dmp.primitive import forcing, play
+from kendama_cli.motion.dmp.primitive import ROLL_OUT, forcing, play
 from tests.motion.swings import demonstration, path, settings
 
 

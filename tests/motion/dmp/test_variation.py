@@ -7,8 +7,7 @@ import pytest
 
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.motion.dmp.averaging import Encoding, encode, prepare
-from kendama_cli.motion.dmp.primitive import play
-from kendama_cli.motion.dmp.variation import covariance, parameters, sample_plan, with_parameters
+from kendama_cli.motion.dmp.primitive import covariance, parameters, play, sample_plan, with_parameters
 from tests.motion.swings import demonstration, path, settings
 
 SHARE = np.linspace(0, 1, 40)

@@ -13,9 +13,9 @@ from kendama_cli.plugins.interact.conformance import resting_at
 from kendama_cli.plugins.interact.impedance_law import pose_error
 from kendama_cli.plugins.interact.open_controller import make_controller
 from kendama_cli.robot_model.joint_torque import JointTorque
-from kendama_cli.settings.probe import ProbeSettings
-from kendama_cli.simulation.dart.task_state import coriolis_nm
+from kendama_cli.settings.interact import ProbeSettings
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
+from kendama_cli.simulation.dart.wrist import coriolis_nm
 from tests.settings.shipped_scene import body, controller, press, scene
 from tests.simulation.dart.bench_robot import frictionless_pa10, pa10
 

@@ -17,9 +17,9 @@ from scipy.optimize import brentq
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.motion.rotation import matrix_of
+from kendama_cli.physics.rim_crossing import SampledBody
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
 from kendama_cli.physics.rope_chain import link_lengths_m
-from kendama_cli.physics.sampled_body import SampledBody
 from kendama_cli.plugins.referee.chain import CHAIN_KG, LINKS, STEP_S, chain_model, mujoco
 from kendama_cli.plugins.referee.cup_track import CupTrack, swing_slack_s
 from kendama_cli.plugins.referee.games_again import LoggedGame, played_again, summary, write_log

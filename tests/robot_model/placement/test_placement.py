@@ -8,7 +8,7 @@ import pytest
 from kendama_cli.errors import StageError
 from kendama_cli.robot_model.inverse_kinematics import solve_cup
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.limit_ratios import limit_ratios, require_within_limits
+from kendama_cli.robot_model.placement.motion_check import limit_ratios, require_within_limits
 from kendama_cli.robot_model.placement.placement import CupLine, cup_line, joint_trajectory
 from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, modelled, pa10
 

@@ -10,8 +10,7 @@ import pytest
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
-from kendama_cli.motion.dmp.cup_path import CupPath
-from kendama_cli.motion.dmp.heading import scaled_plan, turned_plan
+from kendama_cli.motion.dmp.heading import CupPath, scaled_plan, turned_plan
 from kendama_cli.motion.dmp.primitive import play
 from kendama_cli.robot_model.placement import find_placement as finding
 from kendama_cli.robot_model.placement.evolution import Minimum

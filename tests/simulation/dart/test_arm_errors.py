@@ -7,11 +7,9 @@ import pytest
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm_errors import ONSET_S, ArmErrors, ErringArm
-from kendama_cli.simulation.dart.drive_delay import Backlash
+from kendama_cli.simulation.dart.arm_errors import ONSET_S, ArmErrors, Backlash, ErringArm, WorldErrors
 from kendama_cli.simulation.dart.rollout import play_rollout
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from kendama_cli.simulation.dart.world_errors import WorldErrors
 from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.flight_record import FlightRecord
+from kendama_cli.simulation.dart.rollout import FlightRecord
 from kendama_cli.simulation.dart.stepper import STEP_S
 from tests.shipped_conf import plain
 

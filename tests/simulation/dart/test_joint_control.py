@@ -10,10 +10,10 @@ from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.robot_model.friction import SIGN_RAD_S
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart import stiction_kernel, torque_kernel
+from kendama_cli.simulation.dart import torque_kernel
+from kendama_cli.simulation.dart.arm_errors import WorldErrors
 from kendama_cli.simulation.dart.joint_control import JointFriction
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from kendama_cli.simulation.dart.world_errors import WorldErrors
 from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, modelled, pa10
 
 COULOMB, STRIBECK, SPEED, VISCOUS = 2.0, 1.0, 0.1, 3.0
@@ -77,7 +77,7 @@ class Wheel:
         diagonal, found = np.array([self.inertia_kg_m2 + STEP_S * viscous]), np.empty(1)
         factor = 1.0 / np.sqrt(diagonal)[None]
         load = effort - viscous * speed
-        assert stiction_kernel.held(factor, diagonal, speed, load, self.friction.level_nm, STEP_S, found)
+        assert torque_kernel.held(factor, diagonal, speed, load, self.friction.level_nm, STEP_S, found)
         return found
 
 
@@ -194,7 +194,7 @@ def test_the_friction_of_coupled_joints_obeys_coulomb_s_law() -> None:
         load, found = rng.normal(0.0, 1.5, n), np.empty(n)
         factor = np.linalg.cholesky(matrix)
         np.fill_diagonal(factor, 1.0 / np.diag(factor))
-        assert stiction_kernel.held(factor, np.diag(matrix).copy(), speed, load, level, STEP_S, found)
+        assert torque_kernel.held(factor, np.diag(matrix).copy(), speed, load, level, STEP_S, found)
         after = speed + STEP_S * np.linalg.solve(matrix, load + found)
         assert (np.abs(found) <= level).all()
         rounding = 1e-9 * (np.abs(after).max() + np.abs(speed).max() + STEP_S)

@@ -13,7 +13,7 @@ from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.dart import drive_kernel
-from kendama_cli.simulation.dart.drive import limit_rows
+from kendama_cli.simulation.dart.drive_kernel import limit_rows
 from tests.extras import require_robot_descriptions
 from tests.shipped_conf import CONF, plain
 from tests.simulation.dart.bench_robot import modelled

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from kendama_cli.adaptation.path_displacement import shifted_plan
+from kendama_cli.adaptation.catch_family import shifted_plan
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.physics.rope import RopeLaw, rope_pull
 from kendama_cli.robot_model.arm_motion import ArmMotion
+from kendama_cli.simulation.dart.arm_errors import NO_ERRORS, WorldErrors
 from kendama_cli.simulation.dart.rollout import BEFORE_FLIGHT_S, RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import ArmWorld
-from kendama_cli.simulation.dart.world_errors import NO_ERRORS, WorldErrors
 from tests.motion.swings import settings as encode_settings
 from tests.simulation.dart.bench_robot import ROOT, kendama_game, pa10
 

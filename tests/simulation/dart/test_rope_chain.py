@@ -14,9 +14,9 @@ from kendama_cli.physics.rope import CupProfile
 from kendama_cli.physics.rope_chain import laid, link_lengths_m, node_masses_kg
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings, LinearAir
-from kendama_cli.simulation.dart.carried_cup import carry_cup
+from kendama_cli.simulation.dart.arm_errors import WorldErrors
+from kendama_cli.simulation.dart.hand_world import carry_cup
 from kendama_cli.simulation.dart.world import ArmWorld
-from kendama_cli.simulation.dart.world_errors import WorldErrors
 from kendama_cli.simulation.swingup.rail import CompiledRail
 from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import kendama_game, pa10

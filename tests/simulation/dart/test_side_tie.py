@@ -11,9 +11,9 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.physics.rope import RopeLaw, rope_pull
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings, LinearAir, SideTie
+from kendama_cli.simulation.dart.arm_errors import WorldErrors
 from kendama_cli.simulation.dart.hand_world import HandWorld
 from kendama_cli.simulation.dart.world import STEP_S
-from kendama_cli.simulation.dart.world_errors import WorldErrors
 from tests.shipped_conf import plain
 
 VALUES = plain("game", "kendama") | {"cup": plain("game/cup", "side")}

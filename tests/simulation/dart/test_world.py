@@ -8,8 +8,8 @@ import pytest
 
 from kendama_cli.errors import SimulationError
 from kendama_cli.physics.rope import RopeLaw, rope_pull
+from kendama_cli.simulation.dart.arm_errors import NO_ERRORS, WorldErrors
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from kendama_cli.simulation.dart.world_errors import NO_ERRORS, WorldErrors
 from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, pa10
 
 STILL = np.zeros(7)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.learning.policy import GreedyPolicy
+from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
 from kendama_cli.simulation.swingup.best_swing import best_swing

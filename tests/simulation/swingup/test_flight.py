@@ -9,8 +9,8 @@ import pytest
 
 from kendama_cli.learning.reward import Flight, Goal
 from kendama_cli.learning.state import SwingState
-from kendama_cli.simulation.swingup.chance import random_success_rate
 from kendama_cli.simulation.swingup.flight import Release, fly
+from kendama_cli.simulation.swingup.frozen_rollouts import random_success_rate
 from kendama_cli.simulation.swingup.rail import CompiledRail
 from kendama_cli.simulation.swingup.rollout import Catch
 from kendama_cli.simulation.swingup.workspace import mouth_m

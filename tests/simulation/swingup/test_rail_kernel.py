@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kendama_cli.errors import SimulationError
-from kendama_cli.learning.policy import GreedyPolicy, seal_table
+from kendama_cli.learning.decision import GreedyPolicy, seal_table
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.learning.policy import seal_table
+from kendama_cli.learning.decision import seal_table
 from kendama_cli.learning.state import SwingState
 from kendama_cli.stages.transfer.progress import STARTS, Progress, Start
 from tests.control.test_games import LEARN, TRANSFER

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from kendama_cli.control.cup_cart import CartStep
 from kendama_cli.control.swing_up import SwingUpRollout
-from kendama_cli.learning.half_swings import TURN_RAD_S, count_half_swings
+from kendama_cli.learning.state import TURN_RAD_S, count_half_swings
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from tests.learning.settings_files import game_settings, learn_settings
 from tests.simulation.swingup.test_environment import Scripted

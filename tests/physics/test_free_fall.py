@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.physics.runge_kutta import runge_kutta
+from kendama_cli.physics.free_fall import runge_kutta
 
 
 def test_an_oscillation_is_off_by_the_fifth_power_of_the_step() -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.drive import Drive
+from kendama_cli.simulation.dart.drive_kernel import Drive
 
 PERIOD = 0.001
 LOW, HIGH = np.array([-1.0, -0.5]), np.array([1.5, 0.5])

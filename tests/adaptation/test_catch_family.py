@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.adaptation.path_displacement import bumped_plan, bumps, shifted_plan
+from kendama_cli.adaptation.catch_family import bumped_plan, bumps, shifted_plan
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.motion.dmp.primitive import play
