@@ -23,9 +23,6 @@ class Explorer(Protocol):
     def action(self, t_s: float, state: SwingState, greedy: int) -> int:
         """Return the action to choose at ``t_s`` into the rollout, where the table itself would choose ``greedy``."""
 
-    def action_probabilities(self, greedy: int) -> list[float] | None:
-        """Return the probability of each action if the table would choose ``greedy``; None if the action is certain."""
-
 
 def explores(after_failure: float, count: LearningCount, rng: Generator, *, in_a_row: int = 1) -> bool:
     """Return True if the next rollout explores.
@@ -110,10 +107,6 @@ class Harmonic:
             wanted = math.copysign(self._largest, wanted)
         return min(range(len(self._actions)), key=lambda action: abs(self._actions[action] - wanted))
 
-    def action_probabilities(self, greedy: int) -> None:
-        """Return None: once it is sampled, a harmonic is deterministic."""
-        return
-
 
 class EpsilonGreedy:
     """The greedy action, but with probability epsilon / (1 + k / decay) any of the actions."""
@@ -128,12 +121,6 @@ class EpsilonGreedy:
         if self._rng.random() < self._epsilon:
             return int(self._rng.integers(self._n))
         return greedy
-
-    def action_probabilities(self, greedy: int) -> list[float]:
-        """Return epsilon / n for each action, and 1 - epsilon more for the greedy one."""
-        probabilities = [self._epsilon / self._n] * self._n
-        probabilities[greedy] += 1.0 - self._epsilon
-        return probabilities
 
 
 def explorer(learn: LearnSettings, count: LearningCount, lucky: Sequence[DrawnHarmonic], rng: Generator) -> Explorer:

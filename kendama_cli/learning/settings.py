@@ -155,10 +155,7 @@ class LearnSettings:
     alpha_decay_rollouts: float = setting("rollouts after which the learning rate is halved", above=0)
     gamma: float = setting("discount from action to action", at_least=0, at_most=1)
     trace_decay: float = setting("lambda of the eligibility traces", at_least=0, at_most=1)
-    update: Literal["sarsa", "expected_sarsa", "q", "double_sarsa"] = setting(
-        "the target that the value of a choice moves to"
-    )
-    traces: Literal["replacing", "accumulating", "dutch"] = setting("change of an entry's trace when it is chosen")
+    update: Literal["sarsa", "q"] = setting("the target that the value of a choice moves to")
     acting: Literal["latest", "streak_mean"] = setting(
         "values to act by: the 'latest', or the 'streak_mean' of those after each success in a row so far"
     )
@@ -182,10 +179,6 @@ class LearnSettings:
                 "actions_m_s2",
                 f"'actions_m_s2' is {list(self.actions_m_s2)}; allowed where 'grid.position' is mirrored: with each "
                 "value its negative",
-            )
-        if self.update == "double_sarsa" and self.traces == "dutch":
-            raise ConfigError(
-                "traces", "'traces' is 'dutch'; allowed with update double_sarsa: replacing, accumulating"
             )
         weaker = min(-self.actions_m_s2[0], self.actions_m_s2[-1])
         if isinstance(self.workspace, LimitedWorkspace) and self.workspace.braking_m_s2 > weaker:

@@ -84,7 +84,7 @@ class Values(Protocol):
     def begin(self) -> None:
         """Forget all traces."""
 
-    def update(self, transition: Transition, alpha: float, coin: float = 0.0) -> float:
+    def update(self, transition: Transition, alpha: float) -> float:
         """Learn from one transition; returns the temporal-difference error."""
 
 
@@ -104,7 +104,6 @@ class ValueLearner(BinActor, abc.ABC):
         self._explorer: Explorer | None = None
         self._lucky: list[tuple[float, DrawnHarmonic]] = []
         self._alpha = settings.alpha
-        self._table_rng: Generator | None = None
         self._reward = 0.0
         self._transitions: list[Transition] = []
 
@@ -122,7 +121,7 @@ class ValueLearner(BinActor, abc.ABC):
         return learner
 
     def state(self) -> dict[str, Any]:
-        """Return the learner between two rollouts: the values (both tables for double_sarsa) and JSON values."""
+        """Return the learner between two rollouts: the values and JSON values."""
         return {
             "q": self._values.tables,
             "count": dataclasses.asdict(self.count),
@@ -157,7 +156,6 @@ class ValueLearner(BinActor, abc.ABC):
         )
         fading = 1.0 + self.rollouts / self._settings.alpha_decay_rollouts
         self._alpha = 0.0 if self.count.frozen(self._settings.count) else self._settings.alpha / fading
-        self._table_rng = rng if self._settings.update == "double_sarsa" else None
         self._values.begin()
         self._let_go()
         self._reward = 0.0
@@ -166,15 +164,11 @@ class ValueLearner(BinActor, abc.ABC):
     def _decide(self, held: HeldAction, row: int, state: SwingState, t_s: float) -> float:
         values = self._values.values(self._acting.by(self._values.q), row)
         action = held.mirrored(greedy_column(values, held.mirrored(held.action)))
-        probabilities = None
         if self._explorer is not None:
-            probabilities = self._explorer.action_probabilities(action)
             action = self._explorer.action(t_s, state, action)
-        if probabilities is not None and held.mirrored(0) != 0:
-            probabilities.reverse()
         if held.row >= 0:
             reward = step_reward(self._settings.reward, state.x_m)
-            self._learn(Transition(held.row, held.column, reward, row, held.mirrored(action), probabilities))
+            self._learn(Transition(held.row, held.column, reward, row, held.mirrored(action)))
         held.hold(row, action, t_s)
         return self._settings.actions_m_s2[action]
 
@@ -189,7 +183,7 @@ class ValueLearner(BinActor, abc.ABC):
         for _ in range(self._settings.replay_passes if self._alpha else 0):
             self._values.begin()
             for transition in self._transitions:
-                self._values.update(transition, self._alpha, self._coin())
+                self._values.update(transition, self._alpha)
         success = outcome == "goal"
         if final > 0.0 and isinstance(self._explorer, Harmonic):
             self._lucky.insert(0, (final, self._explorer.drawn))
@@ -203,12 +197,9 @@ class ValueLearner(BinActor, abc.ABC):
 
     def _learn(self, transition: Transition) -> None:
         if self._alpha:
-            self._values.update(transition, self._alpha, self._coin())
+            self._values.update(transition, self._alpha)
         self._transitions.append(transition)
         self._reward += transition.reward
-
-    def _coin(self) -> float:
-        return 0.0 if self._table_rng is None else self._table_rng.random()
 
 
 def _first(lucky: tuple[float, DrawnHarmonic]) -> float:

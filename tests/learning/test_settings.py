@@ -34,15 +34,7 @@ WRONG = [
     ({"rollout_s": 0.05}, "'learn.rollout_s' is 0.05; allowed: at least decision.max_s, 0.1"),
     ({"count__max_rollouts": 5}, "'learn.count.max_rollouts' is 5; allowed: at least learned_streak, which is 10"),
     ({"count__solved_streak": 5}, "'learn.count.solved_streak' is 5; allowed: at least learned_streak, which is 10"),
-    ({"traces": "replaced"}, "'learn.traces' is 'replaced', did you mean 'learn.traces=replacing'? Allowed: replacing"),
-    (
-        {"update": "sarsaa"},
-        "'learn.update' is 'sarsaa', did you mean 'learn.update=sarsa'? Allowed: sarsa, expected_sarsa",
-    ),
-    (
-        {"update": "double_sarsa", "traces": "dutch"},
-        "'learn.traces' is 'dutch'; allowed with update double_sarsa: replacing, accumulating",
-    ),
+    ({"update": "sarsaa"}, "'learn.update' is 'sarsaa', did you mean 'learn.update=sarsa'? Allowed: sarsa, q"),
     (
         {"grid__position": "mirrored", "actions_m_s2": [-8.0, -4.0, 0.0, 4.0, 7.0]},
         "'learn.actions_m_s2' is [-8.0, -4.0, 0.0, 4.0, 7.0]; allowed where 'grid.position' is mirrored: with each",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -49,7 +48,7 @@ class Walk:
         for episode in range(episodes):
             table.begin()
             for step in self.episode(rng):
-                table.update(step, alpha / (1.0 + episode / decay), rng.random())
+                table.update(step, alpha / (1.0 + episode / decay))
             errors.append(float(np.sqrt(np.mean((table.q[:, 0] - self.values) ** 2))))
         return errors
 
@@ -107,22 +106,22 @@ def grid_episode(
     behaviour = Behaviour(epsilon, len(MOVES), rng)
     table.begin()
 
-    def choose(place: tuple[int, int]) -> tuple[int, int, Sequence[float]]:
+    def choose(place: tuple[int, int]) -> tuple[int, int]:
         row = place[0] * grid.columns + place[1]
         values = table.values(table.q, row)
         greedy = int(rng.choice(np.flatnonzero(np.array(values) == max(values))))
-        return row, behaviour.action(0.0, NOWHERE, greedy), behaviour.action_probabilities(greedy)
+        return row, behaviour.action(0.0, NOWHERE, greedy)
 
     place, total, steps = grid.start, 0.0, 0
-    row, action, _ = choose(place)
+    row, action = choose(place)
     while steps < longest:
         place, reward = grid.move(place, action)
         total, steps = total + reward, steps + 1
         if place == grid.goal:
-            table.update(Transition(row, action, reward, None, None), alpha, rng.random())
+            table.update(Transition(row, action, reward, None, None), alpha)
             break
-        next_row, next_action, probabilities = choose(place)
-        table.update(Transition(row, action, reward, next_row, next_action, probabilities), alpha, rng.random())
+        next_row, next_action = choose(place)
+        table.update(Transition(row, action, reward, next_row, next_action), alpha)
         row, action = next_row, next_action
     return total, steps
 

@@ -2,7 +2,7 @@
 
     Q(s, a) = sum_k w[tile_k(s), a],    w += alpha / n [r + gamma V - Q(s, a)] e
 
-for n tilings, with V of ``learn.update`` and traces e on the weights (Sutton and Barto, 2nd edition, section 12.7).
+for n tilings, with V of ``learn.update`` and replacing traces e on the weights (Sutton and Barto, 2nd edition, 12.7).
 Actions change where the bins of ``learn.grid`` do, as a table's; the tiles say what the state is then.
 """
 
@@ -15,12 +15,11 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.errors import ConfigError
 from kendama_cli.learning.decision import BinActor, HeldAction, greedy_column, seal_table, task_meaning
 from kendama_cli.learning.interface import LearnerMaker
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
-from kendama_cli.learning.updates import TRACES, UPDATES, Transition
+from kendama_cli.learning.updates import Transition, ahead, keeps_traces
 from kendama_cli.learning.value_learner import ValueLearner
 from kendama_cli.plugins.learners.settings import TileCodingSettings
 
@@ -80,7 +79,7 @@ class TileValues:
         self._flat = self.q.reshape(-1)
         self._columns = weights.shape[1]
         self._tilings = settings.learner.tilings
-        self._update, self._law = UPDATES[settings.update], TRACES[settings.traces]
+        self._update = settings.update
         self._gamma, self._fading = settings.gamma, settings.gamma * settings.trace_decay
         self._visits: list[NDArray[np.int64]] = []
         self.begin()
@@ -109,24 +108,23 @@ class TileValues:
         found: list[float] = q[self._visits[row]].sum(axis=0).tolist()
         return found
 
-    def update(self, transition: Transition, alpha: float, coin: float = 0.0) -> float:
+    def update(self, transition: Transition, alpha: float) -> float:
         """Learn from one transition; returns the temporal-difference error before the update."""
         step, used = alpha / self._tilings, self._visits[transition.row] * self._columns + transition.column
-        ahead, goes_on = 0.0, True
-        if transition.next_row is not None:
-            here = np.array([self.values(self.q, transition.next_row)])
-            there = transition._replace(next_row=0)
-            ahead, goes_on = self._update.ahead(here, there), self._update.goes_on(here, there)
-        error = transition.reward + self._gamma * ahead - float(self._flat[used].sum())
+        following, kept = 0.0, True
+        if transition.next_row is not None and transition.next_column is not None:
+            there = np.array([self.values(self.q, transition.next_row)]), 0, transition.next_column
+            following, kept = ahead(self._update, *there), keeps_traces(self._update, *there)
+        error = transition.reward + self._gamma * following - float(self._flat[used].sum())
         n = len(self._places)
         self._traces[:n] *= self._fading
         for entry in used.tolist():
             place = self._places.setdefault(entry, n)
             if place == n:
                 n = self._longer(entry)
-            self._traces[place] = self._law.marked(float(self._traces[place]), step)
+            self._traces[place] = 1.0
         self._flat[self._marked[:n]] += step * error * self._traces[:n]
-        if not goes_on:
+        if not kept:
             self.begin()
         return error
 
@@ -148,14 +146,6 @@ class TileCodingLearner(ValueLearner):
     def _begin_values(self, q: NDArray[np.float64] | None) -> TileValues:
         settings = self._settings
         assert isinstance(settings.learner, TileCodingSettings)
-        for key, refused, allowed in (
-            ("update", "double_sarsa", "sarsa, expected_sarsa, q"),
-            ("traces", "dutch", "replacing, accumulating"),
-        ):
-            if getattr(settings, key) == refused:
-                raise ConfigError(
-                    f"learn.{key}", f"'learn.{key}' is '{refused}'; allowed with learner tile_coding: {allowed}"
-                )
         self._tiles = Tiles(settings)
         if q is not None:
             return TileValues(np.array(_checked(q, settings, self._tiles)), settings)

@@ -113,7 +113,7 @@ def learned(engine: str, name: str, seed: int, **replaced: object) -> tuple[np.n
         ("hard_random", {}),
         ("paper", {}),
         ("easy", {"grid__position": "side", "grid__position_edges_m": [0.0], "decision__min_s": 0.05}),
-        ("easy", {"update": "double_sarsa", "traces": "accumulating"}),
+        ("easy", {"update": "q"}),
     ],
 )
 def test_the_same_seed_learns_the_same_table_in_both_engines(name, replaced, seed):
