@@ -86,31 +86,8 @@ class PowerSearch:
         return Generation(mean, proposals)
 
 
-class CrossEntropySearch:
-    """The cross-entropy method (P.-T. de Boer et al., A Tutorial on the Cross-Entropy Method, 2005).
-
-    The next generation is drawn about the mean of the best third of the last one, each parameter with the mean of this
-    third's deviation and the deviation before: few samples alone would lose their width at once.
-    """
-
-    def __init__(self, dimension: int, generation: int, seed: int) -> None:
-        self._shape, self._seed = (generation, dimension), seed
-        self._elite = max(2, round(generation / 3))
-
-    def after(self, costs: Sequence[Sequence[float]]) -> Generation:
-        """Return the state after ``costs``; its best is the mean of the distribution."""
-        rng = np.random.default_rng(self._seed)
-        mean, deviation = np.zeros(self._shape[1]), np.ones(self._shape[1])
-        proposals = rng.standard_normal(self._shape)
-        for one in costs:
-            elite = proposals[np.argsort(list(one), kind="stable")[: self._elite]]
-            mean, deviation = elite.mean(axis=0), 0.5 * (deviation + elite.std(axis=0))
-            proposals = mean + deviation * rng.standard_normal(self._shape)
-        return Generation(mean, proposals)
-
-
 class RandomSearch:
-    """The null model: random parameters of the same spread about the start, of which the best is kept."""
+    """Baseline: random parameters of the same spread about the start, of which the best is kept."""
 
     def __init__(self, dimension: int, generation: int, seed: int) -> None:
         self._shape, self._seed = (generation, dimension), seed
@@ -126,7 +103,7 @@ class RandomSearch:
 
 
 def parameter_search(
-    kind: Literal["cma", "cross_entropy", "power", "random"],
+    kind: Literal["cma", "power", "random"],
     dimension: int,
     seed: int,
     *,
@@ -137,8 +114,6 @@ def parameter_search(
     """Return the search of this ``kind`` for ``dimension`` parameters."""
     if kind == "cma":
         return CmaSearch(dimension, generation, seed)
-    if kind == "cross_entropy":
-        return CrossEntropySearch(dimension, generation, seed)
     if kind == "power":
         return PowerSearch(dimension, generation, seed, elite=elite, reward_cost=reward_cost)
     return RandomSearch(dimension, generation, seed)

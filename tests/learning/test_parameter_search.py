@@ -26,7 +26,7 @@ def costs_of(kind: str, generations: int, seed: int = 10000) -> list[list[float]
     return costs
 
 
-@pytest.mark.parametrize("kind", ["cma", "cross_entropy", "power"])
+@pytest.mark.parametrize("kind", ["cma", "power"])
 def test_a_search_comes_nearer_than_chance_does(kind: str) -> None:
     """Twenty generations from 2.2 away. Seeds 10000 to 10009, median: 0.3 (cma) and 0.6 (power), chance 1.4."""
     reached, chance = (
@@ -37,7 +37,7 @@ def test_a_search_comes_nearer_than_chance_does(kind: str) -> None:
     assert reached < 1.0
 
 
-@pytest.mark.parametrize("kind", ["cma", "cross_entropy", "power", "random"])
+@pytest.mark.parametrize("kind", ["cma", "power", "random"])
 def test_what_comes_next_follows_from_the_costs_alone(kind: str) -> None:
     costs = costs_of(kind, 4)
     one, same = searching(kind).after(costs), searching(kind).after(costs)
@@ -47,7 +47,7 @@ def test_what_comes_next_follows_from_the_costs_alone(kind: str) -> None:
     assert searching(kind, 10001).after([]).proposals.tolist() != searching(kind).after([]).proposals.tolist()
 
 
-@pytest.mark.parametrize("kind", ["cma", "cross_entropy", "power", "random"])
+@pytest.mark.parametrize("kind", ["cma", "power", "random"])
 def test_a_search_begins_at_zero_and_leaves_numpys_global_state_alone(kind: str) -> None:
     before = np.random.get_state()[1].tobytes()  # type: ignore[index,union-attr]  # noqa: NPY002
     assert searching(kind).after([]).best.tolist() == [0.0] * DIMENSION

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from data.display_stubs import imported_functions, read_symbols, shared_objects, stub
 from kendama_cli.robot_model.display import MACHINES, SONAMES, load_display_libraries, stub_path
-from kendama_cli.robot_model.display.write_stubs import imported_functions, read_symbols, shared_objects, stub
 
 ROOT = Path(__file__).resolve().parents[3]
 BARE_MACHINE = Path(__file__).with_name("bare_machine.py")

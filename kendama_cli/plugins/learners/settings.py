@@ -43,8 +43,8 @@ class OpenLoopSettings:
     """A swing of a few parameters in open loop, improved by generations of rollouts."""
 
     kind: Literal["open_loop"]
-    search: Literal["cma", "cross_entropy", "power", "random"] = setting(
-        "CMA-ES; the cross-entropy method; PoWER; or random: their null model, the best of random swings"
+    search: Literal["cma", "power", "random"] = setting(
+        "CMA-ES, PoWER, or random: their baseline, the best of random swings"
     )
     generation: int = setting("swings tried before the search takes its next step", at_least=4)
     replay_from: float = setting(

@@ -1,7 +1,7 @@
 """Stand-ins for libGL and libX11, which DART's wheel links against for its viewer alone and which we never call.
 
 Servers, containers and WSL often have neither, and the import of DART would fail there. Beside this file lie shared
-objects with the same sonames, whose functions do nothing and return 0; ``write_stubs`` made them from ``symbols``.
+objects with the same sonames, whose functions do nothing and return 0 (data/display_stubs.py makes them).
 """
 
 from __future__ import annotations

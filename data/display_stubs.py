@@ -1,6 +1,6 @@
 """Stand-ins for libGL and libX11 from ``symbols.txt``: the same bytes everywhere, without a compiler.
 
-``python -m kendama_cli.robot_model.display.write_stubs`` writes them; with ``--list FOLDER`` it first reads which
+``python data/display_stubs.py`` writes them into the package; with ``--list FOLDER`` it first reads which
 functions the shared objects in FOLDER (site-packages, or an unpacked wheel of DART) import, and adds them to the list.
 
 One object is a minimal ELF file after the System V ABI: a segment to execute (header, hash table, symbols, names, one
@@ -16,7 +16,7 @@ from pathlib import Path
 
 from kendama_cli.robot_model.display import MACHINES, SONAMES, stub_path
 
-SYMBOLS = Path(__file__).with_name("symbols.txt")
+SYMBOLS = stub_path("libGL.so.1", "x86_64").with_name("symbols.txt")
 PREFIXES = {"libGL.so.1": "gl", "libX11.so.6": "X"}
 ELF_MACHINE = {"x86_64": 62, "aarch64": 183}
 RETURN_0 = {
