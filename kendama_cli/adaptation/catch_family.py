@@ -140,10 +140,10 @@ class CatchFamily:
     def within_limits(self, variation: MotionVariation, tau_range: tuple[float, float]) -> MotionVariation:
         """Return ``variation`` as much slower as the arm's limits ask for, if ``tau_range`` allows it."""
         try:
-            least = max(tau_range[0], self.swing(variation).least_tau_scale())
+            minimum = max(tau_range[0], self.swing(variation).least_tau_scale())
         except StageError:  # nothing is slow enough for a place that is out of reach: ``limit`` tells it
             return variation
-        return dataclasses.replace(variation, tau_scale=min(max(variation.tau_scale, least), tau_range[1]))
+        return dataclasses.replace(variation, tau_scale=min(max(variation.tau_scale, minimum), tau_range[1]))
 
     def lowest_tau(self, amplitude: float) -> float:
         """Return the least tau within the arm's limits at ``amplitude``; infinite if its path is out of reach."""
@@ -170,21 +170,21 @@ def playable_tilt(arm: RobotModel, plan: MotionPlan, settings: AdaptSettings) ->
         notes.append(
             f"left out: the cup's turn about its own axis, up to {np.degrees(spin.max()):.0f} deg; the cup is round"
         )
-    shares = [settings.tilt_fraction * less for less in LESS] if settings.tilt_fraction > 0 else []
+    fractions = [settings.tilt_fraction * less for less in LESS] if settings.tilt_fraction > 0 else []
     reason = ""
-    for share in shares:
-        tried = with_share_of_turn(plan, share)
+    for fraction in fractions:
+        attempted = with_share_of_turn(plan, fraction)
         try:
-            swing = ArmMotion(arm, tried, settings.lead_in_m_s2)
+            swing = ArmMotion(arm, attempted, settings.lead_in_m_s2)
         except StageError as error:
             reason = str(error)
             continue
         if swing.least_tau_scale() > settings.tau_range[1]:
             reason = swing.limiting_joint()
             continue
-        if share < 1:
-            notes.append(_less(share, float(tilt.max()), reason or "adapt.tilt_fraction"))
-        return tried, tuple(notes)
+        if fraction < 1:
+            notes.append(_less(fraction, float(tilt.max()), reason or "adapt.tilt_fraction"))
+        return attempted, tuple(notes)
     notes.append(_less(0.0, float(tilt.max()), reason or "adapt.tilt_fraction=0"))
     return with_share_of_turn(plan, 0.0), tuple(notes)
 

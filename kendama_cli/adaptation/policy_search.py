@@ -60,8 +60,8 @@ class PolicySearch:
                     trial = self._next_repeat(search, learned)
                     if trial is not None:
                         return trial
-            most = self._policy.max_rollouts
-            if self.rollouts(search) < most and len(search.attempts) < MAX_FORBIDDEN * most:
+            maximum = self._policy.max_rollouts
+            if self.rollouts(search) < maximum and len(search.attempts) < MAX_FORBIDDEN * maximum:
                 proposal = self._variation(generation.proposals[inside])
                 return Trial("explore", proposal, len(search.attempts), complete)
         best, confirmed = self.best(search), len(search.simulations.confirmed)

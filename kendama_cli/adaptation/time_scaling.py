@@ -69,9 +69,9 @@ def next_grid_tau(trials: Sequence[TauTrial], where: TauRange) -> float | None:
     up = math.floor((where.high - where.start) / where.step + 1e-9)
     down = math.floor((where.start - where.low) / where.step + 1e-9)
     for k in range(1, max(up, down) + 1):
-        for sign, most in ((1, up), (-1, down)):
+        for sign, maximum in ((1, up), (-1, down)):
             tau = where.start + sign * k * where.step
-            if k <= most and _is_new(tau, trials, where.step / 2):
+            if k <= maximum and _is_new(tau, trials, where.step / 2):
                 return tau
     return None
 

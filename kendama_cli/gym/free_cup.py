@@ -67,9 +67,9 @@ class FreeCup(PaintedEnv[Observation]):
         self._limiter: BrakingLimiter = catch_limiter(self.settings)
         workspace, rope_m = self.settings.workspace, self._game.rope.length_m
         reach, fast = np.array([2.0 * workspace.half_width_m, 2.0 * workspace.max_speed_m_s]), 20.0
-        largest = np.array([*reach, 2.0 * rope_m, 2.0 * rope_m, fast, fast, self.longest_s])
+        maximum = np.array([*reach, 2.0 * rope_m, 2.0 * rope_m, fast, fast, self.longest_s])
         scale = np.array([*(0.5 * reach), rope_m, rope_m, 0.2 * fast, 0.2 * fast, self.longest_s])
-        self._observed = Observed(largest, scale, normalised)
+        self._observed = Observed(maximum, scale, normalised)
         self._accelerations = Accelerations(self.settings, actions)
         self.observation_space, self.action_space = self._observed.box, self._accelerations.space
         self._taken, self._over = 0, True
@@ -90,10 +90,10 @@ class FreeCup(PaintedEnv[Observation]):
         """Hold an action; raises gymnasium's ResetNeeded before ``reset`` and after the end, InvalidAction for none."""
         if self._over:
             raise gymnasium.error.ResetNeeded("call reset() first: no rollout is under way")
-        wanted, rail, rim_m = self._accelerations.one(action), self._rail, self._game.cup.rim_m
+        desired, rail, rim_m = self._accelerations.one(action), self._rail, self._game.cup.rim_m
         for _ in range(self._hold):
             above = rail.above_m
-            rail.step(self._limiter.limit(wanted, *rail.reference))
+            rail.step(self._limiter.limit(desired, *rail.reference))
             self._taken += 1
             if falls(above - rim_m, rail.above_m - rim_m):
                 return self._down()
@@ -170,5 +170,5 @@ class GameEnv(FreeCup):
 
     def _drawn(self, rng: np.random.Generator) -> SwingState:
         levels = self.settings.noise
-        angle, place = rng.standard_normal(2)
-        return SwingState(levels.start_position_m * place, 0.0, math.radians(levels.start_angle_deg) * angle, 0.0)
+        angle, position = rng.standard_normal(2)
+        return SwingState(levels.start_position_m * position, 0.0, math.radians(levels.start_angle_deg) * angle, 0.0)

@@ -92,9 +92,9 @@ def option_dictionary(options: Any) -> Mapping[str, Any]:
     return options or {}
 
 
-def _number(name: str, value: Any, least: float, largest: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= largest:
-        raise ConfigError(name, f"option '{name}' is {value!r}; allowed: {least:g} to {largest:g}")
+def _number(name: str, value: Any, minimum: float, maximum: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not minimum <= value <= maximum:
+        raise ConfigError(name, f"option '{name}' is {value!r}; allowed: {minimum:g} to {maximum:g}")
     return float(value)
 
 

@@ -35,9 +35,9 @@ class Observed:
     def swing(cls, settings: LearnSettings, *, normalised: bool) -> Observed:
         """Return the cup's x [m] and velocity [m/s], ball angle [rad] and angular velocity [rad/s], time left [s]."""
         workspace, left_s = settings.workspace, settings.rollout_s
-        place, speed = workspace.half_width_m, workspace.max_speed_m_s
-        largest = np.array([2.0 * place, 2.0 * speed, math.pi, LARGEST_RATE_RAD_S, left_s])
-        return cls(largest, np.array([place, speed, math.pi, USUAL_RATE_RAD_S, left_s]), normalised)
+        position, speed = workspace.half_width_m, workspace.max_speed_m_s
+        maximum = np.array([2.0 * position, 2.0 * speed, math.pi, LARGEST_RATE_RAD_S, left_s])
+        return cls(maximum, np.array([position, speed, math.pi, USUAL_RATE_RAD_S, left_s]), normalised)
 
     @property
     def box(self) -> spaces.Space[Observation]:
@@ -80,12 +80,12 @@ class Accelerations:
                 return float(self._values[int(action)])
             raise gymnasium.error.InvalidAction(f"action {action!r}; allowed: whole numbers 0 to {self.space.n - 1}")
         try:
-            share = np.asarray(action, dtype=np.float64)
+            fraction = np.asarray(action, dtype=np.float64)
         except (TypeError, ValueError):
-            share = np.empty(0)
-        if share.shape != (1,) or not abs(float(share[0])) <= 1.0:
+            fraction = np.empty(0)
+        if fraction.shape != (1,) or not abs(float(fraction[0])) <= 1.0:
             raise gymnasium.error.InvalidAction(f"action {action!r}; allowed: an array of one number from -1 to 1")
-        return float(share[0]) * self._largest
+        return float(fraction[0]) * self._largest
 
     def many(self, actions: Any, n: int) -> NDArray[np.float64]:
         """Return the accelerations (n,) of ``n`` actions; raises gymnasium's InvalidAction where one is none."""

@@ -127,8 +127,8 @@ class SwingUp(PaintedEnv[Observation]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Hang the ball, but for the noise of ``learn.noise``; the same ``seed`` begins the same rollouts."""
         super().reset(seed=seed)
-        drawn = RolloutOptions.of(options).drawn(self.settings, self.np_random)
-        self._reading, self._t_s = self._rollout.begin(drawn)
+        sampled = RolloutOptions.of(options).drawn(self.settings, self.np_random)
+        self._reading, self._t_s = self._rollout.begin(sampled)
         self._show()
         return self._observation(), {"is_success": False}
 
@@ -136,9 +136,9 @@ class SwingUp(PaintedEnv[Observation]):
         """Hold an action; raises gymnasium's ResetNeeded before ``reset`` and after the end, InvalidAction for none."""
         if not self._rollout.waits:
             raise gymnasium.error.ResetNeeded("call reset() first: no rollout is under way")
-        wanted, before = self._accelerations.one(action), self._potential()
+        desired, before = self._accelerations.one(action), self._potential()
         try:
-            self._reading, self._t_s = self._rollout.answer(wanted, self._t_s + self._hold_s - 1e-9)
+            self._reading, self._t_s = self._rollout.answer(desired, self._t_s + self._hold_s - 1e-9)
         except StopIteration as end:
             return self._ended(end.value, before)
         self._show()

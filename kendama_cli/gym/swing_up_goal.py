@@ -103,8 +103,8 @@ class SwingUpGoal(PaintedEnv[GoalObservation]):
         """Hang the ball and draw a goal; ``options`` are ``goal`` and those of SwingUp."""
         super().reset(seed=seed)
         asked = option_dictionary(options).get("goal")
-        drawn = self.np_random.uniform(*self._goals)
-        self._goal = np.asarray(drawn if asked is None else _checked_goal(asked), dtype=np.float32)
+        sampled = self.np_random.uniform(*self._goals)
+        self._goal = np.asarray(sampled if asked is None else _checked_goal(asked), dtype=np.float32)
         noise = RolloutOptions.of(options, "goal").drawn(self.settings, self.np_random)
         self._reading, self._t_s = self._rollout.begin(noise, self._window())
         self._true = self._rollout.state()
@@ -115,9 +115,9 @@ class SwingUpGoal(PaintedEnv[GoalObservation]):
         """Hold an action; raises gymnasium's ResetNeeded before ``reset`` and after the end, InvalidAction for none."""
         if not self._rollout.waits:
             raise gymnasium.error.ResetNeeded("call reset() first: no rollout is under way")
-        wanted, outcome = self._accelerations.one(action), ""
+        desired, outcome = self._accelerations.one(action), ""
         try:
-            self._reading, self._t_s = self._rollout.answer(wanted, self._t_s + self._hold_s - 1e-9)
+            self._reading, self._t_s = self._rollout.answer(desired, self._t_s + self._hold_s - 1e-9)
             self._true = self._rollout.state()
         except StopIteration as end:
             outcome = end.value.outcome

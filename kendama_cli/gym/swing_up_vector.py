@@ -190,11 +190,11 @@ class SwingUpVector(VectorEnv[Observation, Any, Any]):
         """Hold an action in each; one that ended in the step before is reset instead, and its action not looked at."""
         if not self._begun:
             raise gymnasium.error.ResetNeeded("call reset() first: no rollout is under way")
-        wanted = self._accelerations.many(actions, self.num_envs)
+        desired = self._accelerations.many(actions, self.num_envs)
         anew = self._rollouts.ends != kernel.DUE
         self._rollouts.begin(np.flatnonzero(anew), self._options, self._rngs)
         self._rollouts.ends[anew] = kernel.TIMEOUT  # passed over
-        self._rollouts.hold(wanted)
+        self._rollouts.hold(desired)
         self._rollouts.ends[anew] = kernel.DUE
         self._steps = np.where(anew, 0, self._steps + 1)
         return self._step(anew)

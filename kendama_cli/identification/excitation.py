@@ -46,15 +46,15 @@ def excitation(
     more than EFFORT_SHARE of an effort limit, all are slower. Raises StageError, naming the joint, where its range is
     less than 2 A, where even slowly the effort is too large, or where links would touch.
     """
-    middle = _middle(arm, settings.amplitude_rad)
+    center = _middle(arm, settings.amplitude_rad)
     state = rng.bit_generator.state
-    share = settings.limit_ratio
+    fraction = settings.limit_ratio
     for _ in range(TRIES):
         rng.bit_generator.state = state
         joints = _motion(
             arm,
-            middle,
-            dataclasses.replace(settings, limit_ratio=share),
+            center,
+            dataclasses.replace(settings, limit_ratio=fraction),
             duration_s=duration_s,
             period_s=period_s,
             rng=rng,
@@ -63,7 +63,7 @@ def excitation(
         overlap = _overlap(arm, game, joints) if effort.max() <= EFFORT_SHARE else ""
         if effort.max() <= EFFORT_SHARE and not overlap:
             return joints
-        share /= 1.5
+        fraction /= 1.5
     name = arm.joint_names[int(effort.argmax())]
     raise StageError(
         overlap

@@ -62,8 +62,8 @@ def choose_friction(
 
 def _without_outliers(errors: Array, kept: Mask) -> Mask:
     """Return ``kept`` without samples whose error is above OUTLIER median errors: the ball's impacts, for example."""
-    middle = np.array([np.median(np.abs(errors[kept[:, j], j])) for j in range(errors.shape[1])])
-    return kept & (np.abs(errors) <= OUTLIER * middle)
+    center = np.array([np.median(np.abs(errors[kept[:, j], j])) for j in range(errors.shape[1])])
+    return kept & (np.abs(errors) <= OUTLIER * center)
 
 
 def _rms(errors: Array, kept: Mask) -> Array:
@@ -92,16 +92,16 @@ def fit_parametric(velocity_rad_s: Array, torque_nm: Array, kept: NDArray[np.boo
 def _fit_joint(velocity_rad_s: Array, torque_nm: Array) -> tuple[float, float, float, float, float]:
     """Fit Fc, Fs, vs, b and o of one joint."""
     plain = np.column_stack([direction(velocity_rad_s), velocity_rad_s, np.ones(len(velocity_rad_s))])
-    (coulomb, viscous, offset), least = _least_squares(plain, torque_nm)
+    (coulomb, viscous, offset), minimum = _least_squares(plain, torque_nm)
     best = (coulomb, 0.0, WIDEST_RAD_S, viscous, offset)
     slowest, fastest = np.quantile(np.abs(velocity_rad_s), [0.02, 0.98])
-    least *= 1 - WORTH
+    minimum *= 1 - WORTH
     # a bump narrower than the slowest motion, or nearly as wide as the fastest, is not separable
     for speed in np.geomspace(max(NARROWEST_RAD_S, slowest), max(min(WIDEST_RAD_S, fastest / 4), NARROWEST_RAD_S), 24):
         bump = plain[:, 0] * np.exp(-((velocity_rad_s / speed) ** 2))
         (coulomb, viscous, offset, stribeck), rss = _least_squares(np.column_stack([plain, bump]), torque_nm)
-        if rss < least:
-            best, least = (coulomb, stribeck, float(speed), viscous, offset), rss
+        if rss < minimum:
+            best, minimum = (coulomb, stribeck, float(speed), viscous, offset), rss
     return best
 
 
@@ -144,14 +144,14 @@ def fit_network(
 
 def _train_joint(speed: Array, sign: Array, torque_nm: Array, starts: list[Array]) -> tuple[Array, Array]:
     inputs = np.column_stack([speed, sign, np.ones(len(speed))])
-    middle, scale = float(torque_nm.mean()), max(float(torque_nm.std()), 1e-9)
-    wanted = (torque_nm - middle) / scale
+    center, scale = float(torque_nm.mean()), max(float(torque_nm.std()), 1e-9)
+    desired = (torque_nm - center) / scale
     h = len(starts[0])
     decay = np.sqrt(DECAY * len(speed))
 
     def errors(values: Array) -> Array:
         units = np.tanh(inputs @ values[: 3 * h].reshape(h, 3).T)
-        return np.concatenate([units @ values[3 * h : -1] + values[-1] - wanted, decay * values])
+        return np.concatenate([units @ values[3 * h : -1] + values[-1] - desired, decay * values])
 
     def slopes(values: Array) -> Array:
         units = np.tanh(inputs @ values[: 3 * h].reshape(h, 3).T)
@@ -167,5 +167,5 @@ def _train_joint(speed: Array, sign: Array, torque_nm: Array, starts: list[Array
     ]
     best = min(found, key=lambda one: float(one.cost)).x
     output = scale * best[3 * h :]
-    output[-1] += middle
+    output[-1] += center
     return best[: 3 * h].reshape(h, 3), output

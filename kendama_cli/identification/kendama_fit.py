@@ -48,10 +48,10 @@ class FreeSwing:
 def swing_in_its_plane(t_s: Array, position_m: Array) -> FreeSwing:
     """Return the swing of a track (n, 3) whose z points up, along the horizontal direction in which it moves most."""
     seen = np.isfinite(position_m).all(axis=1)
-    times, places = np.asarray(t_s)[seen], np.asarray(position_m)[seen]
-    level = places[:, :2] - places[:, :2].mean(axis=0)
+    times, positions = np.asarray(t_s)[seen], np.asarray(position_m)[seen]
+    level = positions[:, :2] - positions[:, :2].mean(axis=0)
     along = np.linalg.svd(level, full_matrices=False)[2][0] if len(level) > 2 else np.array([1.0, 0.0])
-    return FreeSwing(times - times[0], np.column_stack([level @ along, places[:, 2]]))
+    return FreeSwing(times - times[0], np.column_stack([level @ along, positions[:, 2]]))
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def played(values: Array, t_s: Array, game: GameSettings) -> Array:
         bend = (6.0 * soft * gravity * turning * turning - gravity) * sine / length - drag * turning
         return np.stack([turning, bend])
 
-    places = np.empty((len(t_s), 2, values.shape[1]))
+    positions = np.empty((len(t_s), 2, values.shape[1]))
     state, now = np.stack([angle, rate]), 0.0
     for i, t in enumerate(t_s.tolist()):
         steps = math.ceil((t - now) / STEP_S)
@@ -138,8 +138,8 @@ def played(values: Array, t_s: Array, game: GameSettings) -> Array:
         now = t
         phi = state[0]
         length = stretched(*state)
-        places[i] = px + length * np.sin(phi), pz - length * np.cos(phi)
-    return places
+        positions[i] = px + length * np.sin(phi), pz - length * np.cos(phi)
+    return positions
 
 
 @dataclass(frozen=True)
@@ -152,9 +152,9 @@ class _Fit:
 def _fitted(swing: FreeSwing, values: Array, game: GameSettings) -> _Fit:
     for _ in range(ROUNDS):
         varied = values[:, None] + np.column_stack([np.zeros(7), np.diag(SMALL)])
-        places = played(varied, swing.t_s, game)
-        left = (swing.place_m - places[:, :, 0]).ravel()
-        slopes = ((places[:, :, 1:] - places[:, :, :1]) / SMALL).reshape(-1, 7)
+        positions = played(varied, swing.t_s, game)
+        left = (swing.place_m - positions[:, :, 0]).ravel()
+        slopes = ((positions[:, :, 1:] - positions[:, :, :1]) / SMALL).reshape(-1, 7)
         scale = np.linalg.norm(slopes, axis=0)
         step = np.linalg.lstsq(slopes / scale, left, rcond=None)[0] / scale
         values = values + step

@@ -83,10 +83,10 @@ def circle(arm: RobotModel, settings: IdentifySettings, period_s: float) -> Circ
     speed = settings.tracking_speed_m_s
     for _ in range(TRIES):
         joints = joint_trajectory(arm, *_path(settings, speed, period_s))
-        share = limit_ratios(arm, joints).leading[0].share
-        if share <= 1:
+        fraction = limit_ratios(arm, joints).leading[0].share
+        if fraction <= 1:
             return Circle(joints, speed)
-        speed *= MARGIN / min(share, 2.0)
+        speed *= MARGIN / min(fraction, 2.0)
     raise StageError(
         f"the circle of {settings.tracking_radius_m} m cannot be kept within the limits of {arm.settings.name} even at "
         f"{speed:.2f} m/s: lower identify.tracking_radius_m"

@@ -58,11 +58,11 @@ class HeldAction:
         """Return the row in which to choose anew at ``t_s`` (not before ``next_look_s``), or None to hold the
         action.
         """
-        place = self._grid.place(state)
-        if place == self._place and t_s - self._chosen_s < self._longest_s:
+        position = self._grid.place(state)
+        if position == self._place and t_s - self._chosen_s < self._longest_s:
             return None
-        self._place = place
-        return place % self._grid.n_states
+        self._place = position
+        return position % self._grid.n_states
 
     def mirrored(self, action: int) -> int:
         """Return the column of ``action`` in the row that is due, or the action of a column: they mirror each other."""
@@ -150,7 +150,7 @@ class GreedyPolicy(BinActor):
 
 def checked_table(q: Array, settings: LearnSettings) -> Array:
     """Return ``q``; raises ValueError if its shape is not (states, actions) of ``settings``."""
-    wanted = StateGrid(settings.grid).n_states, len(settings.actions_m_s2)
-    if q.shape != wanted:
-        raise ValueError(f"the table has shape {q.shape}; the configuration 'learn' needs {wanted}")
+    desired = StateGrid(settings.grid).n_states, len(settings.actions_m_s2)
+    if q.shape != desired:
+        raise ValueError(f"the table has shape {q.shape}; the configuration 'learn' needs {desired}")
     return q

@@ -54,8 +54,8 @@ class EnergyPumpingPolicy(BinActor):
         missing = GRAVITY_M_S2 * ROPE_M * (1.0 + law.height) - energy
         gain = law.gain * (1.0 if missing > 0.0 else law.braking)
         pumped = -gain * missing * math.cos(angle - math.copysign(law.lead_rad, rate)) * math.copysign(1.0, rate)
-        wanted = pumped - law.stiffness_per_s2 * x_m - law.damping_per_s * velocity_m_s
-        return max(settings.actions_m_s2[0], min(settings.actions_m_s2[-1], wanted))
+        desired = pumped - law.stiffness_per_s2 * x_m - law.damping_per_s * velocity_m_s
+        return max(settings.actions_m_s2[0], min(settings.actions_m_s2[-1], desired))
 
 
 class EnergyPumpingLearner(RolloutLearner):

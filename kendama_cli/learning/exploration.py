@@ -59,8 +59,8 @@ def draw_harmonic(learn: LearnSettings, rng: Generator) -> DrawnHarmonic:
     scale = learn.workspace.half_width_m if drives_place(learn) else learn.largest_action_m_s2
     frequency = rng.uniform(*settings.band_rad_s)
     amplitude = scale * rng.uniform(*settings.amplitude)
-    turn = rng.random()
-    phase = math.copysign(0.5 * math.pi, turn - 0.5) if settings.phase == "quarter" else 2.0 * math.pi * turn
+    uniform = rng.random()
+    phase = math.copysign(0.5 * math.pi, uniform - 0.5) if settings.phase == "quarter" else 2.0 * math.pi * uniform
     return DrawnHarmonic(frequency, amplitude, phase)
 
 
@@ -98,14 +98,16 @@ class Harmonic:
     def action(self, t_s: float, state: SwingState, greedy: int) -> int:
         """Return the action nearest to the harmonic's at ``t_s``; the greedy one has no effect."""
         w, amplitude, phase = self.drawn
-        wanted = amplitude * math.cos(w * t_s + phase)
+        desired = amplitude * math.cos(w * t_s + phase)
         if self._drives_place:
             speed = -w * amplitude * math.sin(w * t_s + phase)
-            ahead = wanted - state.x_m
-            wanted = -w * w * wanted + 2.0 * FOLLOWING_PER_S * (speed - state.velocity_m_s) + FOLLOWING_PER_S**2 * ahead
+            ahead = desired - state.x_m
+            desired = (
+                -w * w * desired + 2.0 * FOLLOWING_PER_S * (speed - state.velocity_m_s) + FOLLOWING_PER_S**2 * ahead
+            )
         if self._bang_bang:
-            wanted = math.copysign(self._largest, wanted)
-        return min(range(len(self._actions)), key=lambda action: abs(self._actions[action] - wanted))
+            desired = math.copysign(self._largest, desired)
+        return min(range(len(self._actions)), key=lambda action: abs(self._actions[action] - desired))
 
 
 class EpsilonGreedy:

@@ -72,16 +72,16 @@ class PowerSearch:
         """Return the state after ``costs``; its best is the mean of the exploration."""
         rng = np.random.default_rng(self._seed)
         mean = np.zeros(self._shape[1])
-        tried: list[Array] = []
+        attempted: list[Array] = []
         paid: list[float] = []
         proposals = mean + rng.standard_normal(self._shape)
         for one in costs:
-            tried.extend(proposals)
+            attempted.extend(proposals)
             paid.extend(one)
             order = np.argsort(paid, kind="stable")[: self._elite]
             cost = np.array(paid)[order]
             reward = np.exp((cost[0] - cost) / self._reward_cost)  # the common factor drops out, and with it underflow
-            mean = reward @ np.array(tried)[order] / reward.sum()
+            mean = reward @ np.array(attempted)[order] / reward.sum()
             proposals = mean + rng.standard_normal(self._shape)
         return Generation(mean, proposals)
 
@@ -95,11 +95,11 @@ class RandomSearch:
     def after(self, costs: Sequence[Sequence[float]]) -> Generation:
         """Return the state after ``costs``; its best is the rollout of minimum cost."""
         rng = np.random.default_rng(self._seed)
-        tried = [rng.standard_normal(self._shape) for _ in range(len(costs) + 1)]
+        attempted = [rng.standard_normal(self._shape) for _ in range(len(costs) + 1)]
         if not costs:
-            return Generation(np.zeros(self._shape[1]), tried[0])
+            return Generation(np.zeros(self._shape[1]), attempted[0])
         best = int(np.argmin(np.concatenate([list(one) for one in costs])))
-        return Generation(tried[best // self._shape[0]][best % self._shape[0]], tried[-1])
+        return Generation(attempted[best // self._shape[0]][best % self._shape[0]], attempted[-1])
 
 
 def parameter_search(

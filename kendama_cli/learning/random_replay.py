@@ -120,8 +120,8 @@ class RandomReplayLearner(RolloutLearner):
         return FinishedRollout(self.count.rollouts, self._explored, success, reward, self._rollout.decisions)
 
 
-def _sealed(drawn: DrawnHarmonic, settings: LearnSettings) -> PolicyArtifact:
-    return PolicyArtifact.seal(settings.learner.kind, _meaning(settings), {"harmonic": np.array(drawn)})
+def _sealed(sampled: DrawnHarmonic, settings: LearnSettings) -> PolicyArtifact:
+    return PolicyArtifact.seal(settings.learner.kind, _meaning(settings), {"harmonic": np.array(sampled)})
 
 
 def _harmonic_of(artifact: PolicyArtifact) -> DrawnHarmonic:

@@ -102,18 +102,18 @@ class Goal:
         slack. Where the ball has to be caught, the taut rope must also have no pull at this angle and rate (with a cup
         that does not accelerate), so that it is slack indeed; a simulation looks at the rope's pull itself.
         """
-        wanted = self._settings
+        desired = self._settings
         if not self.in_window(state):
             return False
-        if wanted.success == "reached":
+        if desired.success == "reached":
             return True
         flight = self._flight
-        if wanted.success == "caught":
+        if desired.success == "caught":
             min_tension_m_s2 = flight.rope.tension_m_s2(state.angle_rad, state.rate_rad_s, 0.0, flight.gravity_m_s2)
             if min_tension_m_s2 > 0.0:
                 return False
         found = flight.landing(state)
-        return found is not None and within_reach(found, wanted.landing_limit_m, wanted.catch_acceleration_m_s2)
+        return found is not None and within_reach(found, desired.landing_limit_m, desired.catch_acceleration_m_s2)
 
 
 def step_reward(settings: RewardSettings, x_m: Numbers) -> Numbers:

@@ -117,7 +117,7 @@ class ValueLearner(BinActor, abc.ABC):
         learner = cls(settings, q=state["q"])
         learner.count = LearningCount(**state["count"])
         learner._acting.restore(state)
-        learner._lucky = [(reward, DrawnHarmonic(*drawn)) for reward, *drawn in state["lucky"]]
+        learner._lucky = [(reward, DrawnHarmonic(*sampled)) for reward, *sampled in state["lucky"]]
         return learner
 
     def state(self) -> dict[str, Any]:
@@ -125,7 +125,7 @@ class ValueLearner(BinActor, abc.ABC):
         return {
             "q": self._values.tables,
             "count": dataclasses.asdict(self.count),
-            "lucky": [[reward, *drawn] for reward, drawn in self._lucky],
+            "lucky": [[reward, *sampled] for reward, sampled in self._lucky],
             **self._acting.state(),
         }
 
@@ -152,7 +152,7 @@ class ValueLearner(BinActor, abc.ABC):
         settings = self._settings.exploration
         explore = explores(settings.after_failure, self.count, rng, in_a_row=settings.in_a_row)
         self._explorer = (
-            explorer(self._settings, self.count, [drawn for _, drawn in self._lucky], rng) if explore else None
+            explorer(self._settings, self.count, [sampled for _, sampled in self._lucky], rng) if explore else None
         )
         fading = 1.0 + self.rollouts / self._settings.alpha_decay_rollouts
         self._alpha = 0.0 if self.count.frozen(self._settings.count) else self._settings.alpha / fading
@@ -202,6 +202,6 @@ class ValueLearner(BinActor, abc.ABC):
         self._reward += transition.reward
 
 
-def _first(lucky: tuple[float, DrawnHarmonic]) -> float:
+def _first(elite: tuple[float, DrawnHarmonic]) -> float:
     """Return the sort key of stored rollouts: the best reward first, among equal ones the newest."""
-    return -lucky[0]
+    return -elite[0]

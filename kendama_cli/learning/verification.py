@@ -30,8 +30,8 @@ def verify_policy(policy: PolicyArtifact, settings: LearnSettings, source: str) 
             "nothing was moved, learn it again"
         )
     configured = json_text(maker(settings).meaning(settings))
-    task, wanted = (_task(meaning) for meaning in (policy.meaning, configured))
-    if (policy.kind, task) != (settings.learner.kind, wanted):
+    task, desired = (_task(meaning) for meaning in (policy.meaning, configured))
+    if (policy.kind, task) != (settings.learner.kind, desired):
         raise StageError(
             f"the policy of {source} is one of task '{task}', learned by '{policy.kind}'; the configuration has task "
             f"'{settings.task}' and learner '{settings.learner.kind}'; nothing was moved, configure 'learn' as it was, "

@@ -39,12 +39,12 @@ def limited(limiter: BrakingLimiter, command_m_s2: float, x_m: float, velocity_m
 
     Where a disturbance has left no such acceleration, the answer brakes with ``largest_m_s2``.
     """
-    h, largest = limiter.period_s, limiter.largest_m_s2
+    h, maximum = limiter.period_s, limiter.largest_m_s2
     highest = min(_highest(limiter, x_m, velocity_m_s), (limiter.max_speed_m_s - velocity_m_s) / h)
     lowest = -min(_highest(limiter, -x_m, -velocity_m_s), (limiter.max_speed_m_s + velocity_m_s) / h)
     if command_m_s2 > highest:
-        return max(highest, -largest)
-    return min(lowest, largest) if command_m_s2 < lowest else command_m_s2
+        return max(highest, -maximum)
+    return min(lowest, maximum) if command_m_s2 < lowest else command_m_s2
 
 
 def _highest(limiter: BrakingLimiter, x_m: float, velocity_m_s: float) -> float:

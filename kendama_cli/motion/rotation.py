@@ -57,9 +57,9 @@ def between(t_s: Array, rotation_wxyz: Array, at_s: Array) -> Array:
     On the shorter way from one to the next (E. Lengyel, Mathematics for 3D Game Programming, 2011, 4.6.3); held beyond
     both ends. Over the angle a between two samples it strays by a^3 / 240 at most from the turn at a constant rate.
     """
-    turn = np.array(rotation_wxyz, dtype=np.float64)
-    turn[1:] *= np.cumprod(np.where((turn[1:] * turn[:-1]).sum(axis=1) < 0, -1.0, 1.0))[:, None]
-    made = columns_at(at_s, t_s, turn)
+    rotation = np.array(rotation_wxyz, dtype=np.float64)
+    rotation[1:] *= np.cumprod(np.where((rotation[1:] * rotation[:-1]).sum(axis=1) < 0, -1.0, 1.0))[:, None]
+    made = columns_at(at_s, t_s, rotation)
     return np.asarray(made / np.linalg.norm(made, axis=1, keepdims=True))
 
 
@@ -94,8 +94,8 @@ def continuous_logarithm(rotation_wxyz: Array) -> Array:
         angle = float(np.linalg.norm(vectors[i]))
         before = float(np.linalg.norm(made[i - 1]))
         axis = vectors[i] / angle if angle > _SMALL else made[i - 1] / max(before, _SMALL)
-        turns = np.round((made[i - 1] @ axis - angle) / (2 * np.pi))
-        made[i] = vectors[i] + 2 * np.pi * turns * axis
+        rotations = np.round((made[i - 1] @ axis - angle) / (2 * np.pi))
+        made[i] = vectors[i] + 2 * np.pi * rotations * axis
     return made
 
 
@@ -118,14 +118,14 @@ def quaternion_of(rotation: Array) -> Array:
         1 - r[0, 0] + r[1, 1] - r[2, 2],
         1 - r[0, 0] - r[1, 1] + r[2, 2],
     ]
-    largest = int(np.argmax(squares))
+    maximum = int(np.argmax(squares))
     rows = (
         (squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]),
         (r[2, 1] - r[1, 2], squares[1], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0]),
         (r[0, 2] - r[2, 0], r[1, 0] + r[0, 1], squares[2], r[2, 1] + r[1, 2]),
         (r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[2, 1] + r[1, 2], squares[3]),
     )
-    q = np.array(rows[largest]) / (2 * math.sqrt(squares[largest]))
+    q = np.array(rows[maximum]) / (2 * math.sqrt(squares[maximum]))
     return q if q[0] >= 0 else -q
 
 

@@ -33,7 +33,7 @@ def tracking(t_s: Array, sent_rad: Array, measured_rad: Array) -> Tracking:
     ``t_s`` (k,) are the ends of control periods, the angles (k, n); a gap in time parts two motions, and no delay
     reaches over it. Whole periods are tried, and a parabola through the best and its neighbours tells the rest.
     """
-    behind = measured_rad - sent_rad
+    tracking_error = measured_rad - sent_rad
     steps = np.diff(t_s)
     period_s = float(np.median(steps))
     motion = np.concatenate([[0], np.cumsum(steps > 1.5 * period_s)])
@@ -48,8 +48,8 @@ def tracking(t_s: Array, sent_rad: Array, measured_rad: Array) -> Tracking:
     moved = sent_rad.std(axis=0) >= LEAST_RAD
     return Tracking(
         delay_s=np.where(moved, [period_s * shift for shift, _ in best], np.nan),
-        rms_rad=np.sqrt((behind**2).mean(axis=0)),
-        largest_rad=np.abs(behind).max(axis=0),
+        rms_rad=np.sqrt((tracking_error**2).mean(axis=0)),
+        largest_rad=np.abs(tracking_error).max(axis=0),
         left_rms_rad=np.sqrt([square for _, square in best]),
     )
 

@@ -58,8 +58,8 @@ def at_rim_m(before_m: Sequence[float], after_m: Sequence[float]) -> tuple[float
 
 def catch_from_s(t_s: Array, cup_m: Array) -> float:
     """Return the time from which a descent can be the planned catch of the cup's planned way (n, 3) at ``t_s`` (n,)."""
-    way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(cup_m, axis=0), axis=1))))
-    return float(t_s[np.searchsorted(way, CATCH_SHARE * way[-1])])
+    path = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(cup_m, axis=0), axis=1))))
+    return float(t_s[np.searchsorted(path, CATCH_SHARE * path[-1])])
 
 
 def planned_descent(times_s: Sequence[float], since_s: float) -> int | None:
@@ -139,8 +139,8 @@ class SampledWays:
         if k - first < 3:
             return at_rim_m(over[k], over[k + 1])
         s = self.t_s[first : k + 1] - self.t_s[k]
-        place, slope, _ = np.polynomial.polynomial.polyfit(s, over[first : k + 1], 2)
-        return at_rim_m(place - 1e-3 * slope, place)
+        position, slope, _ = np.polynomial.polynomial.polyfit(s, over[first : k + 1], 2)
+        return at_rim_m(position - 1e-3 * slope, position)
 
 
 @dataclass(frozen=True)

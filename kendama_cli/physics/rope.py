@@ -39,8 +39,8 @@ class CupProfile(NamedTuple):
     def path_length_m(self, x_m: float, y_m: float, z_m: float) -> float:
         """Return the path length from the tie of an upright cup, on the wall toward +x, to a ball at this position."""
         if self.side_m > 0.0:
-            way = side_path(self.radius_m, self.rim_m, self.side_m, (x_m, y_m, z_m))
-            return way.used_m + math.dist(way[:3], (x_m, y_m, z_m))
+            path = side_path(self.radius_m, self.rim_m, self.side_m, (x_m, y_m, z_m))
+            return path.used_m + math.dist(path[:3], (x_m, y_m, z_m))
         across = math.hypot(x_m, y_m)
         out, up, used = pivot(self, across, z_m)
         return used + math.hypot(across - out, z_m - up)
@@ -102,8 +102,8 @@ def tension_n(law: RopeLaw, used_m: float, left_m: float, growing_m2_s: float) -
     spring on the way in, the force is zero. No branch: compiled, many balls are taken at once.
     """
     growth = law.damping_n_s_m * growing_m2_s / left_m if left_m > 0.0 else 0.0
-    pull = law.stiffness_n_m * (used_m + left_m - law.length_m) + growth
-    return pull if (used_m + left_m > law.length_m) & (left_m > 0.0) & (pull > 0.0) else 0.0
+    tension = law.stiffness_n_m * (used_m + left_m - law.length_m) + growth
+    return tension if (used_m + left_m > law.length_m) & (left_m > 0.0) & (tension > 0.0) else 0.0
 
 
 def rope_pull(  # noqa: PLR0917 - vectors one after another, as in the formula
@@ -147,11 +147,11 @@ def _pull_from_side(
 ) -> RopePull:
     """Return ``rope_pull`` with the tie on the wall; ``frame``: the axis, its rate, the tie's side, its rate."""
     (axis, axis_rate, side, side_rate), cup = frame, law.cup
-    aside, one, two = _cross(axis, side), _cross(axis_rate, side), _cross(axis, side_rate)
+    lateral, one, two = _cross(axis, side), _cross(axis_rate, side), _cross(axis, side_rate)
     aside_rate = one[0] + two[0], one[1] + two[1], one[2] + two[2]
-    seen = _dot(ball_m, side), _dot(ball_m, aside), _dot(ball_m, axis)
+    seen = _dot(ball_m, side), _dot(ball_m, lateral), _dot(ball_m, axis)
     x, y, z, used = side_path(cup.radius_m, cup.rim_m, cup.side_m, seen)
-    p = _combined((x, y, z), (side, aside, axis))
+    p = _combined((x, y, z), (side, lateral, axis))
     w = _combined((x, y, z), (side_rate, aside_rate, axis_rate))
     free = ball_m[0] - p[0], ball_m[1] - p[1], ball_m[2] - p[2]
     velocity = ball_m_s[0] - w[0], ball_m_s[1] - w[1], ball_m_s[2] - w[2]

@@ -52,15 +52,15 @@ def laid(profile: CupProfile, lengths_m: Sequence[float], ball_m: Array, axis: A
     ``axis`` (3,) is the cup's. Where the way is shorter than the rope all links are, where it is longer the last one.
     """
     above = float(ball_m @ axis)
-    aside = ball_m - above * axis
-    across = float(np.linalg.norm(aside))
-    side = aside / across if across > 0.0 else np.cross([0.0, 1.0, 0.0], axis)
+    lateral = ball_m - above * axis
+    across = float(np.linalg.norm(lateral))
+    side = lateral / across if across > 0.0 else np.cross([0.0, 1.0, 0.0], axis)
     _, _, used = pivot(profile, across, above)
-    turns = [(0.0, 0.0)]
+    bends = [(0.0, 0.0)]
     corners = (profile.handle_m, 0.0), (profile.radius_m, profile.floor_m), (profile.radius_m, profile.rim_m)
-    turns += [corner for corner, way in zip(corners, profile.used_m, strict=True) if 0.0 < way <= used]
-    turns.append((across, above))
-    points = np.array(turns)
+    bends += [corner for corner, path in zip(corners, profile.used_m, strict=True) if 0.0 < path <= used]
+    bends.append((across, above))
+    points = np.array(bends)
     ends = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
     at = np.append(0.0, np.cumsum(lengths_m)) * min(1.0, ends[-1] / math.fsum(lengths_m))
     at[-1] = ends[-1]  # the last link is the rope's spring

@@ -59,11 +59,11 @@ def _beside(
     if rho > radius_m:
         wrapped = phi - math.acos(radius_m / rho)
         tangent = math.sqrt(rho * rho - radius_m * radius_m)
-        share = radius_m * wrapped / (radius_m * wrapped + tangent)
-        leaves = tie_m + (z - tie_m) * share
+        fraction = radius_m * wrapped / (radius_m * wrapped + tangent)
+        leaves = tie_m + (z - tie_m) * fraction
         if 0.0 <= leaves <= rim_m:
             length = math.hypot(radius_m * wrapped + tangent, z - tie_m)
-            return wrapped, leaves, share * length, (1.0 - share) * length
+            return wrapped, leaves, fraction * length, (1.0 - fraction) * length
     angle = _edge_angle(radius_m, abs(edge - tie_m), (rho, phi, abs(z - edge)))
     chord = rho * rho + radius_m * radius_m - 2 * rho * radius_m * math.cos(phi - angle)
     left = math.sqrt(max(chord, 0.0) + (z - edge) * (z - edge))
@@ -80,16 +80,16 @@ def _edge_angle(radius_m: float, down_m: float, ball: tuple[float, float, float]
     for k in range(SAMPLES + 1):
         angle = phi * k / SAMPLES
         chord = max(rho * rho + r * r - 2 * rho * r * math.cos(phi - angle), 0.0)
-        way = math.hypot(r * angle, down_m) + math.sqrt(chord + beyond * beyond)
-        if way < shortest:
-            best, shortest = k, way
+        path = math.hypot(r * angle, down_m) + math.sqrt(chord + beyond * beyond)
+        if path < shortest:
+            best, shortest = k, path
     low, high = phi * max(best - 1, 0) / SAMPLES, phi * min(best + 1, SAMPLES) / SAMPLES
     angle = phi * best / SAMPLES
     for _ in range(MOST_STEPS):
         sine, cosine = rho * r * math.sin(phi - angle), rho * r * math.cos(phi - angle)
-        way, rest = math.hypot(r * angle, down_m), math.sqrt(rho * rho + r * r - 2 * cosine + beyond * beyond)
-        slope = r * r * angle / way - sine / rest
-        bend = (r * down_m) ** 2 / way**3 + (cosine - sine * sine / (rest * rest)) / rest
+        path, rest = math.hypot(r * angle, down_m), math.sqrt(rho * rho + r * r - 2 * cosine + beyond * beyond)
+        slope = r * r * angle / path - sine / rest
+        bend = (r * down_m) ** 2 / path**3 + (cosine - sine * sine / (rest * rest)) / rest
         if slope > 0.0:
             high = angle
         else:
@@ -113,15 +113,15 @@ def _over_end(radius_m: float, down_m: float, ball: tuple[float, float, float]) 
     r, first, last = radius_m, 0.0, phi
     for _ in range(MOST_STEPS):
         half = 0.5 * (last - first)
-        way, sine, cosine = (
+        path, sine, cosine = (
             math.hypot(r * first, down_m),
             rho * r * math.sin(phi - last),
             rho * r * math.cos(phi - last),
         )
         rest = math.sqrt(rho * rho + r * r - 2 * cosine + beyond * beyond)
         chord, curl = r * math.cos(half), 0.5 * r * math.sin(half)
-        slope_1, slope_2 = r * r * first / way - chord, chord - sine / rest
-        bend_1 = (r * down_m) ** 2 / way**3 - curl
+        slope_1, slope_2 = r * r * first / path - chord, chord - sine / rest
+        bend_1 = (r * down_m) ** 2 / path**3 - curl
         bend_2 = (cosine - sine * sine / (rest * rest)) / rest - curl
         det = bend_1 * bend_2 - curl * curl
         if bend_1 <= 0.0 or det <= 0.0:

@@ -65,21 +65,21 @@ def choose_arm(tree: UrdfTree, held: Collection[str]) -> Choice:
             if not any(one.get("name") in excluded for one in chain)
         }
         plain = [link for link in turning if not any(is_stuck(one, held) for one in chains[link])]
-        most = max(len(turning[link]) for link in turning)
+        maximum = max(len(turning[link]) for link in turning)
         reached = max((len(turning[link]) for link in plain), default=0)
-        if most:
+        if maximum:
             break
-    among = plain if reached == most else [link for link in turning if _ends_free(chains[link], held)]
+    among = plain if reached == maximum else [link for link in turning if _ends_free(chains[link], held)]
     arms: dict[tuple[str, ...], list[str]] = {}
     for link in among:
-        if len(turning[link]) == most:
+        if len(turning[link]) == maximum:
             arms.setdefault(turning[link], []).append(link)
     tips = {joints: _tool_frame(links, chains) for joints, links in arms.items()}
     joints, tip = next(iter(tips.items()))
     if len(tips) > 1:
         listed = ", ".join(tips.values())
         return Choice(
-            tip, "", f"has {len(tips)} chains of {most} moving joints; set robot.tip_link to one of: {listed}"
+            tip, "", f"has {len(tips)} chains of {maximum} moving joints; set robot.tip_link to one of: {listed}"
         )
     beyond = [one for one in tree.joints if one.get("name") in excluded and _hangs_on(one, arms[joints], tree)]
     if not beyond:
@@ -88,7 +88,7 @@ def choose_arm(tree: UrdfTree, held: Collection[str]) -> Choice:
     if len(arms[joints]) == 1 or not any(pattern.search(tip) for pattern in TOOLS):  # no frame is there to hold a tool
         farther = max(chains, key=lambda link: len(chains[link]) if beyond[0] in chains[link] else 0)
         doubt = (
-            f"ends in what may be a gripper ({left_out}): set robot.tip_link={tip} for an arm of {most} joints, or "
+            f"ends in what may be a gripper ({left_out}): set robot.tip_link={tip} for an arm of {maximum} joints, or "
             f"robot.tip_link={farther} to take it along"
         )
         return Choice(tip, left_out, doubt)

@@ -170,12 +170,12 @@ class ArmScene:
     def frames(self, position_rad: Array) -> FrameTransforms:
         """Return the poses of the links in the world for the joint angles (n,)."""
         self._body.skeleton.setPositions(position_rad)
-        places = [link.getWorldTransform() for link in self._links]
+        poses = [link.getWorldTransform() for link in self._links]
         return FrameTransforms(
             WORLD,
             self._names,
-            [np.array(place.translation()) for place in places],
-            [quaternion_of(np.array(place.rotation())) for place in places],
+            [np.array(pose.translation()) for pose in poses],
+            [quaternion_of(np.array(pose.rotation())) for pose in poses],
         )
 
     def _holder(self, link: Any) -> tuple[str, Any]:
@@ -188,9 +188,9 @@ class ArmScene:
     def _capsules(self) -> list[Solid]:
         """Return a tube from each joint's origin to the next one's, rounded at its ends, and a hub about each axis."""
         model = self._model
-        places = model.joint_places_m(model.home_rad)
+        positions = model.joint_places_m(model.home_rad)
         solids = []
-        for i, (radius, (start, end)) in enumerate(zip(model.link_radius_m.tolist(), pairwise(places), strict=True)):
+        for i, (radius, (start, end)) in enumerate(zip(model.link_radius_m.tolist(), pairwise(positions), strict=True)):
             link, joint = self._links[i + 1], self._body.joints[i]
             solids += _tube(link, "link", (start, end), radius, SHELL_RGB)
             frame = link.getWorldTransform().multiply(joint.getTransformFromChildBodyNode())
@@ -198,7 +198,7 @@ class ArmScene:
             half = axis * 1.12 * radius
             solids.append(_rod(link, "joint", (start - half, start + half), 0.86 * radius, JOINT_RGB))
         root = np.array(self._links[0].getWorldTransform().translation())
-        solids += _tube(self._links[0], "base", (root, places[0]), 1.1 * float(model.link_radius_m[0]), SHELL_RGB)
+        solids += _tube(self._links[0], "base", (root, positions[0]), 1.1 * float(model.link_radius_m[0]), SHELL_RGB)
         return solids
 
     def _pedestal(self) -> list[Solid]:
@@ -219,12 +219,12 @@ class ArmScene:
         """Return the handle from the tip link to the cup's wall."""
         model, tip = self._model, self._body.tip
         start = np.array(tip.getWorldTransform().translation())
-        way = model.tool_place_m(model.home_rad) - start
-        length = float(np.linalg.norm(way))
+        path = model.tool_place_m(model.home_rad) - start
+        length = float(np.linalg.norm(path))
         short = length - cup.outer_radius_m
         if short < SHORTEST_M:
             return []
-        return _tube(self._links[-1], "handle", (start, start + way * (short / length)), HANDLE_RADIUS_M, JOINT_RGB)
+        return _tube(self._links[-1], "handle", (start, start + path * (short / length)), HANDLE_RADIUS_M, JOINT_RGB)
 
 
 def cup_solid(cup: CupSettings) -> Solid:
@@ -255,7 +255,7 @@ def _moving_links(body: Any) -> list[Any]:
 
 def _tube(link: Any, name: str, ends_m: tuple[Array, Array], radius_m: float, rgb: Rgb) -> list[Solid]:
     """Return a capsule between two points of the world, fixed to ``link`` at its present pose."""
-    ends = [_ball(link, name, place, radius_m, rgb) for place in ends_m]
+    ends = [_ball(link, name, position, radius_m, rgb) for position in ends_m]
     if float(np.linalg.norm(ends_m[1] - ends_m[0])) < SHORTEST_M:
         return ends[:1]
     return [_rod(link, name, ends_m, radius_m, rgb), *ends]
@@ -263,15 +263,15 @@ def _tube(link: Any, name: str, ends_m: tuple[Array, Array], radius_m: float, rg
 
 def _rod(link: Any, name: str, ends_m: tuple[Array, Array], radius_m: float, rgb: Rgb) -> Solid:
     start_m, end_m = ends_m
-    way = end_m - start_m
-    turn, place = _in_frame(link, cup_frame(tuple(way.tolist())), (start_m + end_m) / 2)
-    size = (2 * radius_m, 2 * radius_m, float(np.linalg.norm(way)))
-    return Solid(link.getName(), name, "cylinder", rgb, size, place, turn)
+    path = end_m - start_m
+    rotation, position = _in_frame(link, cup_frame(tuple(path.tolist())), (start_m + end_m) / 2)
+    size = (2 * radius_m, 2 * radius_m, float(np.linalg.norm(path)))
+    return Solid(link.getName(), name, "cylinder", rgb, size, position, rotation)
 
 
 def _ball(link: Any, name: str, place_m: Array, radius_m: float, rgb: Rgb) -> Solid:
-    turn, place = _in_frame(link, np.eye(3), place_m)
-    return Solid(link.getName(), name, "sphere", rgb, (2 * radius_m,) * 3, place, turn)
+    rotation, position = _in_frame(link, np.eye(3), place_m)
+    return Solid(link.getName(), name, "sphere", rgb, (2 * radius_m,) * 3, position, rotation)
 
 
 def _in_frame(link: Any, rotation: Array, place_m: Array) -> tuple[Array, Array]:

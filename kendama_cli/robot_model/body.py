@@ -69,14 +69,14 @@ def build_body(description: Description, robot: RobotSettings, tool: CupSettings
     InputError where DART cannot build it.
     """
     skeleton = _load(description)
-    place = dartpy.math.Isometry3()
-    place.set_rotation(cup_frame(robot.tool.cup_axis))
-    place.set_translation(np.array(robot.tool.handle_m))
+    pose = dartpy.math.Isometry3()
+    pose.set_rotation(cup_frame(robot.tool.cup_axis))
+    pose.set_translation(np.array(robot.tool.handle_m))
     tip = skeleton.getBodyNode(dart_name(description.tip_link))
     if isinstance(tool, ProbeSettings):
-        cup = tie = attach_probe(skeleton, tip, place, tool)
+        cup = tie = attach_probe(skeleton, tip, pose, tool)
     else:
-        cup, tie = attach_cup(skeleton, tip, place, tool)
+        cup, tie = attach_cup(skeleton, tip, pose, tool)
     base = dartpy.math.Isometry3()
     base.set_rotation(heading_turn(robot.base_heading_rad))
     base.set_translation(np.array(robot.base_position_m))
@@ -91,7 +91,7 @@ def build_body(description: Description, robot: RobotSettings, tool: CupSettings
         joint.setForceLowerLimit(0, -effort)
         joint.setForceUpperLimit(0, effort)
         joint.setLimitEnforcement(True)
-    return Body(skeleton, joints, tip, cup, tie, place)
+    return Body(skeleton, joints, tip, cup, tie, pose)
 
 
 def _load(description: Description) -> Any:

@@ -18,13 +18,13 @@ def compiled_chain(arm: RobotModel, *, with_tool: bool = False) -> Chain:
     n = len(arm.joint_names)
     skeleton.setPositions(np.zeros(n))
     root = skeleton.getBodyNode(0).getWorldTransform()
-    turn, place = np.array(root.rotation()), np.array(root.translation())
+    rotation, position = np.array(root.rotation()), np.array(root.translation())
     axes, origins = np.zeros((n, 3)), np.zeros((n, 3))
     lumps = [_Lump(0.0, np.zeros(3), np.zeros((3, 3)))] * n
     for i, joint in enumerate(body.joints):
         frame = joint.getChildBodyNode().getWorldTransform().multiply(joint.getTransformFromChildBodyNode())
-        axes[i] = turn.T @ frame.rotation() @ np.array(joint.getAxis())
-        origins[i] = turn.T @ (np.array(frame.translation()) - place)
+        axes[i] = rotation.T @ frame.rotation() @ np.array(joint.getAxis())
+        origins[i] = rotation.T @ (np.array(frame.translation()) - position)
     names = list(arm.joint_names)
     for number in range(skeleton.getNumBodyNodes()):
         link = skeleton.getBodyNode(number)
@@ -36,11 +36,12 @@ def compiled_chain(arm: RobotModel, *, with_tool: bool = False) -> Chain:
             continue
         i = names.index(mover.getName())
         own = link.getInertia()
-        way = turn.T @ np.array(link.getWorldTransform().rotation())
-        center = turn.T @ (np.array(link.getCOM()) - place)
-        lumps[i] = _joined(lumps[i], _Lump(own.getMass(), center, way @ np.array(own.getMoment()) @ way.T))
+        axes_of_link = rotation.T @ np.array(link.getWorldTransform().rotation())
+        center = rotation.T @ (np.array(link.getCOM()) - position)
+        moment = axes_of_link @ np.array(own.getMoment()) @ axes_of_link.T
+        lumps[i] = _joined(lumps[i], _Lump(own.getMass(), center, moment))
     tip = body.tip.getWorldTransform()
-    tip_m, tip_turn = turn.T @ (np.array(tip.translation()) - place), turn.T @ np.array(tip.rotation())
+    tip_m, tip_turn = rotation.T @ (np.array(tip.translation()) - position), rotation.T @ np.array(tip.rotation())
     return Chain(
         axes,
         origins,
@@ -69,9 +70,9 @@ class _Lump(NamedTuple):
 def _joined(one: _Lump, other: _Lump) -> _Lump:
     """Return two bodies that move as one, joined."""
     total = one.mass_kg + other.mass_kg
-    middle = (one.mass_kg * one.center_m + other.mass_kg * other.center_m) / total
+    center = (one.mass_kg * one.center_m + other.mass_kg * other.center_m) / total
     inertia = np.zeros((3, 3))
     for part in (one, other):
-        out = part.center_m - middle
+        out = part.center_m - center
         inertia += part.inertia_kg_m2 + part.mass_kg * ((out @ out) * np.eye(3) - np.outer(out, out))
-    return _Lump(total, middle, inertia)
+    return _Lump(total, center, inertia)

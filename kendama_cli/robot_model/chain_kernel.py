@@ -228,16 +228,16 @@ def follow(chain: Chain, tool: ToolGeometry, ik: IkSettings, path_m: Array, whol
     path is wanted, all after it is missed without end.
     """
     n, count = len(ik.home), len(path_m)
-    turns, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))
+    rotations, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))
     jacobian = np.empty((TASK, n))
-    frames(chain, ik.home, turns, shifts)
-    start = put(turns[n], shifts[n], tool.tie_m)
+    frames(chain, ik.home, rotations, shifts)
+    start = put(rotations[n], shifts[n], tool.tie_m)
     angles, missed = np.empty((count, n)), np.empty(count)
     last = ik.home.copy()
     for k in range(count):
         for _ in range(MOST_STEPS):
-            frames(chain, last, turns, shifts)
-            value = task(chain, tool, turns, shifts, jacobian)
+            frames(chain, last, rotations, shifts)
+            value = task(chain, tool, rotations, shifts, jacobian)
             change = np.empty(TASK)
             for r in range(3):
                 change[r] = start[r] + path_m[k, r] - value[r]
@@ -277,33 +277,33 @@ def efforts(chain: Chain, tool: ToolGeometry, angles: Array, speeds: Array, chan
     """Return the torques (n,) of the motion by Newton and Euler, with known friction (equations.md eq. 2)."""
     n = len(angles)
     still = np.zeros(3)
-    turns, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))
-    frames(chain, angles, turns, shifts)
-    axes, places = np.empty((n, 3)), np.empty((n, 3))
+    rotations, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))
+    frames(chain, angles, rotations, shifts)
+    axes, positions = np.empty((n, 3)), np.empty((n, 3))
     forces, moments = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
     spin, gain = np.zeros(3), np.zeros(3)
-    pull = np.array([0.0, 0.0, chain.gravity_m_s2])
+    lift = np.array([0.0, 0.0, chain.gravity_m_s2])
     last = still
     for i in range(n):
-        axes[i] = put(turns[i], still, chain.axes[i])
-        places[i] = put(turns[i], shifts[i], chain.origins[i])
-        way = places[i] - last
-        pull = pull + cross(gain, way) + cross(spin, cross(spin, way))
+        axes[i] = put(rotations[i], still, chain.axes[i])
+        positions[i] = put(rotations[i], shifts[i], chain.origins[i])
+        path = positions[i] - last
+        lift = lift + cross(gain, path) + cross(spin, cross(spin, path))
         gain = gain + axes[i] * changes[i] + cross(spin, axes[i]) * speeds[i]
         spin = spin + axes[i] * speeds[i]
-        last = places[i]
-        out = put(turns[i + 1], shifts[i + 1], chain.centers_m[i]) - last
-        turn, own = turns[i + 1], chain.inertia_kg_m2[i]
-        forces[i] = chain.mass_kg[i] * (pull + cross(gain, out) + cross(spin, cross(spin, out)))
-        moments[i] = times(turn, own, gain) + cross(spin, times(turn, own, spin)) + cross(out, forces[i])
-    out = put(turns[n], shifts[n], tool.tie_m) - last
-    held = tool.mass_kg * (pull + cross(gain, out) + cross(spin, cross(spin, out)))
+        last = positions[i]
+        out = put(rotations[i + 1], shifts[i + 1], chain.centers_m[i]) - last
+        rotation, own = rotations[i + 1], chain.inertia_kg_m2[i]
+        forces[i] = chain.mass_kg[i] * (lift + cross(gain, out) + cross(spin, cross(spin, out)))
+        moments[i] = times(rotation, own, gain) + cross(spin, times(rotation, own, spin)) + cross(out, forces[i])
+    out = put(rotations[n], shifts[n], tool.tie_m) - last
+    held = tool.mass_kg * (lift + cross(gain, out) + cross(spin, cross(spin, out)))
     forces[n - 1] += held
     moments[n - 1] += cross(out, held)
     made = np.empty(n)
     for i in range(n - 1, -1, -1):
         if i < n - 1:
-            moments[i] += moments[i + 1] + cross(places[i + 1] - places[i], forces[i + 1])
+            moments[i] += moments[i + 1] + cross(positions[i + 1] - positions[i], forces[i + 1])
             forces[i] += forces[i + 1]
         ratio = speeds[i] / chain.stribeck_rad_s[i]
         dry = dry_friction(chain.coulomb_nm[i], chain.stribeck_nm[i], ratio)
@@ -362,8 +362,8 @@ def tip_is_apart(points: Array, i: int, n: int, geometry: CollisionGeometry, too
     """Return True if link ``i`` is far enough along the chain from the cup to be checked against it."""
     between = 0.0
     for j in range(i + 1, n + 2):
-        way = points[j + 1] - points[j]
-        between += math.sqrt(way @ way)
+        path = points[j + 1] - points[j]
+        between += math.sqrt(path @ path)
     return bool(between > 1.2 * (geometry.radius_m[i] + geometry.cup_m))
 
 
@@ -378,42 +378,42 @@ def clearance(
     enough to part them.
     """
     count, n = angles.shape
-    turns, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))
+    rotations, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))
     points = np.empty((n + 3, 3))
-    least, one, two, when = math.inf, 0, 0, 0
+    minimum, one, two, when = math.inf, 0, 0, 0
     for k in range(0, count, every):
-        frames(chain, angles[k], turns, shifts)
+        frames(chain, angles[k], rotations, shifts)
         for i in range(n):
-            points[i + 1] = put(turns[i], shifts[i], chain.origins[i])
+            points[i + 1] = put(rotations[i], shifts[i], chain.origins[i])
         points[0] = points[1]
         points[0, 2] = min(geometry.floor_m, points[1, 2])
-        points[n + 1] = put(turns[n], shifts[n], chain.tip_m)
-        tie = points[n + 2] = put(turns[n], shifts[n], tool.tie_m)
+        points[n + 1] = put(rotations[n], shifts[n], chain.tip_m)
+        tie = points[n + 2] = put(rotations[n], shifts[n], tool.tie_m)
         for i in range(n + 2):
             between = 0.0
             for j in range(i + 2, n + 2):
-                way = points[j] - points[j - 1]
-                between += math.sqrt(way @ way)
+                path = points[j] - points[j - 1]
+                between += math.sqrt(path @ path)
                 wide = geometry.radius_m[i] + geometry.radius_m[j]
                 if between > 1.2 * wide:
                     gap = apart(points[i], points[i + 1], points[j], points[j + 1]) - wide
-                    if gap < least:
-                        least, one, two, when = gap, i, j, k
-            if i >= 2 and min(points[i, 2], points[i + 1, 2]) - geometry.floor_m - geometry.radius_m[i] < least:
-                least = min(points[i, 2], points[i + 1, 2]) - geometry.floor_m - geometry.radius_m[i]
+                    if gap < minimum:
+                        minimum, one, two, when = gap, i, j, k
+            if i >= 2 and min(points[i, 2], points[i + 1, 2]) - geometry.floor_m - geometry.radius_m[i] < minimum:
+                minimum = min(points[i, 2], points[i + 1, 2]) - geometry.floor_m - geometry.radius_m[i]
                 one, two, when = -1, i, k
             if i <= n and tip_is_apart(points, i, n, geometry, tool):
                 gap = apart(points[i], points[i + 1], tie, tie) - geometry.radius_m[i] - geometry.cup_m
-                if gap < least:
-                    least, one, two, when = gap, i, n + 2, k
+                if gap < minimum:
+                    minimum, one, two, when = gap, i, n + 2, k
             for m in range(POINTS + 1):
-                share = m / POINTS
+                fraction = m / POINTS
                 if i == n + 1:  # the handle ends in the plane: a ball's width from the tie point counts
-                    share *= 0.7
-                away = points[i] + share * (points[i + 1] - points[i]) - tie
+                    fraction *= 0.7
+                away = points[i] + fraction * (points[i + 1] - points[i]) - tie
                 off = away @ geometry.side
                 inside = max(math.sqrt(max(away @ away - off * off, 0.0)) - geometry.swing_m, 0.0)
                 gap = math.hypot(off, inside) - geometry.radius_m[i] - geometry.ball_m
-                if gap < least:
-                    least, one, two, when = gap, i, n + 3, k
-    return least, one, two, when
+                if gap < minimum:
+                    minimum, one, two, when = gap, i, n + 3, k
+    return minimum, one, two, when

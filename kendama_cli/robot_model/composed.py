@@ -72,22 +72,22 @@ def link_poses(tree: UrdfTree, joint_names: tuple[str, ...], positions_rad: Arra
         joint = tree.parents.get(name)
         if joint is None:
             continue
-        rotation, place = poses[end(joint, "parent")]
+        rotation, position = poses[end(joint, "parent")]
         turn, shift = _origin(joint)
-        place, rotation = place + rotation @ shift, rotation @ turn
+        position, rotation = position + rotation @ shift, rotation @ turn
         if joint.get("name") in joint_names:
             axis = np.array(numbers(joint.find("axis"), "xyz", (1.0, 0.0, 0.0)))
             angle = positions_rad[:, joint_names.index(joint.get("name", ""))]
             rotation = rotation @ Rotation.from_rotvec(np.outer(angle, axis / np.linalg.norm(axis))).as_matrix()
-        poses[name] = rotation, place
+        poses[name] = rotation, position
     return poses
 
 
 def _origin(element: Any) -> tuple[Array, Array]:
     """Return the rotation (3, 3) and position (3,) of the element's <origin>."""
     origin = element.find("origin")
-    turn = Rotation.from_euler("xyz", numbers(origin, "rpy", (0.0, 0.0, 0.0))).as_matrix()
-    return turn, np.array(numbers(origin, "xyz", (0.0, 0.0, 0.0)))
+    rotation = Rotation.from_euler("xyz", numbers(origin, "rpy", (0.0, 0.0, 0.0))).as_matrix()
+    return rotation, np.array(numbers(origin, "xyz", (0.0, 0.0, 0.0)))
 
 
 def _inertia_gap(found: Any, link: Any) -> float:
@@ -95,10 +95,10 @@ def _inertia_gap(found: Any, link: Any) -> float:
     mass, center, moment = 0.0, np.zeros(3), np.zeros((3, 3))
     if link is not None:
         inertial = link.find("inertial")
-        turn, center = _origin(inertial)
+        rotation, center = _origin(inertial)
         mass = numbers(inertial.find("mass"), "value", (0.0,))[0]
         names = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
         own = np.array([[numbers(inertial.find("inertia"), name, (0.0,))[0] for name in row] for row in names])
-        moment = turn @ own @ turn.T
+        moment = rotation @ own @ rotation.T
     gaps = (found.getMass() - mass, mass * (np.array(found.getLocalCOM()) - center), found.getMoment() - moment)
     return float(max(np.abs(gap).max() for gap in gaps))

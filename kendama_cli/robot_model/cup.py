@@ -55,8 +55,8 @@ def set_restitution(cup: Any, restitution: float) -> None:
 def _inertia(cup: CupSettings) -> Any:
     across = cup.mass_kg * (cup.radius_m**2 / 2 + cup.depth_m**2 / 12)
     along = cup.mass_kg * cup.radius_m**2
-    middle = np.array([0.0, 0.0, cup.floor_m + cup.depth_m / 2])
-    return dartpy.dynamics.Inertia(cup.mass_kg, middle, np.diag([across, across, along]))
+    center = np.array([0.0, 0.0, cup.floor_m + cup.depth_m / 2])
+    return dartpy.dynamics.Inertia(cup.mass_kg, center, np.diag([across, across, along]))
 
 
 def _add_stave(body: Any, cup: CupSettings, angle: float) -> None:
@@ -64,17 +64,17 @@ def _add_stave(body: Any, cup: CupSettings, angle: float) -> None:
     shape = dartpy.dynamics.BoxShape(np.array([cup.wall_m, width, cup.depth_m]))
     c, s = math.cos(angle), math.sin(angle)
     out = cup.radius_m + cup.wall_m / 2
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    _add_shape(body, shape, turn, (out * c, out * s, cup.floor_m + cup.depth_m / 2), cup)
+    rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    _add_shape(body, shape, rotation, (out * c, out * s, cup.floor_m + cup.depth_m / 2), cup)
 
 
 def _add_shape(body: Any, shape: Any, turn: Array, at: tuple[float, float, float], cup: CupSettings) -> None:
     node = body.createShapeNode(shape)
     node.createCollisionAspect()
-    place = dartpy.math.Isometry3()
-    place.set_rotation(turn)
-    place.set_translation(np.asarray(at))
-    node.setRelativeTransform(place)
+    pose = dartpy.math.Isometry3()
+    pose.set_rotation(turn)
+    pose.set_translation(np.asarray(at))
+    node.setRelativeTransform(pose)
     surface = node.createDynamicsAspect()
     surface.setRestitutionCoeff(cup.restitution)
     surface.setFrictionCoeff(cup.friction)

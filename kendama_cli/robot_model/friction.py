@@ -40,8 +40,8 @@ def network_torque(network: NetworkFriction, velocity_rad_s: Array, max_speed_ra
 
 def network_velocity(velocity_rad_s: Array, max_speed_rad_s: Array) -> Array:
     """Return the velocity as the network reads it: its logarithm where it is not slow, scaled to +-1."""
-    share = np.arcsinh(velocity_rad_s / SLOW_RAD_S) / np.arcsinh(max_speed_rad_s / SLOW_RAD_S)
-    return np.asarray(np.clip(share, -1.0, 1.0))
+    fraction = np.arcsinh(velocity_rad_s / SLOW_RAD_S) / np.arcsinh(max_speed_rad_s / SLOW_RAD_S)
+    return np.asarray(np.clip(fraction, -1.0, 1.0))
 
 
 def friction_torque(model: FrictionModel, velocity_rad_s: Array) -> Array:

@@ -56,9 +56,9 @@ def across(axis: Array) -> Array:
     """Return two orthonormal directions (2, 3) perpendicular to ``axis`` (3,), a unit vector that is their cross
     product.
     """
-    aside = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
-    aside /= np.linalg.norm(aside)
-    return np.array([aside, np.cross(axis, aside)])
+    lateral = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
+    lateral /= np.linalg.norm(lateral)
+    return np.array([lateral, np.cross(axis, lateral)])
 
 
 class OutOfReachError(StageError):
@@ -84,9 +84,9 @@ def follow_path(
     """
     angles = np.empty((len(cup_m), len(start_rad)))
     last = start_rad
-    for i, place in enumerate(cup_m):
+    for i, position in enumerate(cup_m):
         try:
-            last = angles[i] = solve_cup(arm, place, last, UPRIGHT if axes is None else across(axes[i]))
+            last = angles[i] = solve_cup(arm, position, last, UPRIGHT if axes is None else across(axes[i]))
         except OutOfReachError as error:
             raise OutOfReachError(error.robot, error.cup_m, error.miss, _when(t_s, i)) from None
     outside = arm.limits.to_stop_rad(angles) < 0

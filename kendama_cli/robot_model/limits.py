@@ -55,7 +55,7 @@ def doubts_of(
     """Return what is doubtful about ``limits`` and ``friction`` (see Description), a sentence for all joints alike."""
     found = []
     ranges = [upper - lower for lower, upper in zip(limits["lower_rad"], limits["upper_rad"], strict=False)]
-    wide = [name for name, way in zip(names, ranges, strict=False) if MOST_RANGE_RAD < way < 2 * UNLIMITED_RAD]
+    wide = [name for name, extent in zip(names, ranges, strict=False) if MOST_RANGE_RAD < extent < 2 * UNLIMITED_RAD]
     fast = [name for name, top in zip(names, limits["velocity_rad_s"], strict=False) if top > MOST_SPEED_RAD_S]
     told = [f"more than two turns in {', '.join(wide)}"] if wide else []
     told += [f"more than {MOST_SPEED_RAD_S:g} rad/s in {', '.join(fast)}"] if fast else []
@@ -67,7 +67,7 @@ def doubts_of(
         if (placeholder := placeholder_in(key, limits[key], sources[key]))
     ]
     columns = (names, friction["coulomb_nm"], friction["viscous_nm_s"], limits["velocity_rad_s"], limits["effort_nm"])
-    heavy = [name for name, dry, viscous, top, most in zip(*columns, strict=False) if dry + viscous * top > most]
+    heavy = [name for name, dry, viscous, top, maximum in zip(*columns, strict=False) if dry + viscous * top > maximum]
     if heavy:
         found.append(f"friction at top speed is beyond the effort limit: {', '.join(heavy)}")
     return found

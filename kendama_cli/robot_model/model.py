@@ -88,8 +88,8 @@ class RobotModel:
 
     def tool_pose(self, position_rad: Array) -> ToolPose:
         """Return the pose of the tool for the joint angles (n,)."""
-        place = self.posed(position_rad).cup.getWorldTransform()
-        return ToolPose(np.array(place.translation()), np.array(place.rotation()))
+        pose = self.posed(position_rad).cup.getWorldTransform()
+        return ToolPose(np.array(pose.translation()), np.array(pose.rotation()))
 
     def tool_place_m(self, position_rad: Array) -> Array:
         """Return the tie point in the world (3,) [m] for the joint angles (n,)."""
@@ -112,28 +112,28 @@ class RobotModel:
         [rad]; and the Jacobian (5, n) of the cup's velocity and of its turning about them.
         """
         pose, jacobian = self.tool_pose(position_rad), self.tool_jacobian(position_rad)
-        axis, wanted = pose.rotation[:, 2], _cross(about[0], about[1])
+        axis, desired = pose.rotation[:, 2], _cross(about[0], about[1])
         # the turn that carries the axis onto the wanted one; where the cup is head down it is lengthened to be found
-        turn = about @ _cross(axis, wanted)
-        if axis @ wanted < 0:
-            turn /= max(float(np.linalg.norm(turn)), 1e-9)
-        return np.concatenate([pose.position_m, turn]), np.vstack([jacobian[:3], about @ jacobian[3:]])
+        rotation = about @ _cross(axis, desired)
+        if axis @ desired < 0:
+            rotation /= max(float(np.linalg.norm(rotation)), 1e-9)
+        return np.concatenate([pose.position_m, rotation]), np.vstack([jacobian[:3], about @ jacobian[3:]])
 
     def base_pose(self) -> tuple[Array, Array]:
         """Return the rotation (3, 3) and position (3,) [m] of the arm's root in the world."""
-        place = self._skeleton.getBodyNode(0).getWorldTransform()
-        return np.array(place.rotation()), np.array(place.translation())
+        pose = self._skeleton.getBodyNode(0).getWorldTransform()
+        return np.array(pose.rotation()), np.array(pose.translation())
 
     def joint_places_m(self, position_rad: Array) -> Array:
         """Return the positions (n + 1, 3) of the joints' origins and the tip link in the world [m] for the joint
         angles (n,).
         """
         body = self.posed(position_rad)
-        places = [
+        positions = [
             joint.getChildBodyNode().getWorldTransform().multiply(joint.getTransformFromChildBodyNode()).translation()
             for joint in body.joints
         ]
-        return np.array([*places, body.tip.getWorldTransform().translation()])
+        return np.array([*positions, body.tip.getWorldTransform().translation()])
 
     def tip_jacobian(self, position_rad: Array) -> Array:
         """Return the Jacobian (6, n) of the tip link's linear and angular velocity, in its own frame and at its

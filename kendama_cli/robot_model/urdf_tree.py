@@ -245,7 +245,7 @@ def masses_of(tree: UrdfTree, joints: tuple[ET.Element, ...]) -> tuple[frozenset
     """
     massless, wrong, points = set[str](), list[str](), list[str]()
     bodies: dict[str, float] = {end(joint, "child"): 0.0 for joint in joints}
-    drawn: dict[str, bool] = dict.fromkeys(bodies, False)
+    shown: dict[str, bool] = dict.fromkeys(bodies, False)
     for name, link in tree.links.items():
         inertial = link.find("inertial")
         mass = None if inertial is None else inertial.find("mass")
@@ -261,7 +261,7 @@ def masses_of(tree: UrdfTree, joints: tuple[ET.Element, ...]) -> tuple[frozenset
         if moved:
             bodies[moved[-1]] += kg
             principal, negative = _principal(inertial)
-            drawn[moved[-1]] |= any(principal) or any(link.find(tag) is not None for tag in ("visual", "collision"))
+            shown[moved[-1]] |= any(principal) or any(link.find(tag) is not None for tag in ("visual", "collision"))
             if kg > 0 and negative:
                 wrong.append(f"link '{name}' has {negative}; a moment of inertia is a number, and not negative")
             elif kg > TOLD_KG and not any(principal):
@@ -269,7 +269,7 @@ def masses_of(tree: UrdfTree, joints: tuple[ET.Element, ...]) -> tuple[frozenset
     order = list(bodies)
     light = [body for body in order if bodies[body] == 0]
     if any(
-        drawn[one] or not any(bodies[body] for body in order[order.index(one) + 1 :][: FRAMES + 1]) for one in light
+        shown[one] or not any(bodies[body] for body in order[order.index(one) + 1 :][: FRAMES + 1]) for one in light
     ):
         listed = ", ".join(f"'{body}'" for body in light)
         reason = f"has no mass in the link{'s' if len(light) > 1 else ''} {listed}"

@@ -31,9 +31,9 @@ class _Body:
     restitution: float = setting("that of a contact is the product of both bodies'", at_least=0, at_most=1)
 
     def __post_init__(self) -> None:
-        wanted = SIZES[self.shape]
-        if len(self.size_m) != len(wanted):
-            allowed = f"[{', '.join(wanted)}]"
+        desired = SIZES[self.shape]
+        if len(self.size_m) != len(desired):
+            allowed = f"[{', '.join(desired)}]"
             raise ConfigError("size_m", f"'size_m' is {list(self.size_m)}; allowed for a {self.shape}: {allowed}")
         norm = math.hypot(*self.rotation_wxyz)
         if not abs(norm - 1.0) <= UNIT_SLACK:

@@ -174,8 +174,8 @@ def apart(paths: Array, durations_s: Array) -> NDArray[np.bool_]:
     return _far(distance, LEAST_APART_M) | _far(longer, LEAST_APART_SHARE)
 
 
-def _far(distance: Array, least: float) -> NDArray[np.bool_]:
-    limit = max(least, APART * (1 + 4 / len(distance)) * 1.4826 * float(np.median(distance)))
+def _far(distance: Array, minimum: float) -> NDArray[np.bool_]:
+    limit = max(minimum, APART * (1 + 4 / len(distance)) * 1.4826 * float(np.median(distance)))
     return np.asarray(distance > limit)
 
 
@@ -187,20 +187,20 @@ def axes_of(path: Array, others: Sequence[Array], names: Sequence[str]) -> str |
     """
     if len(others) < FEWEST - 1:
         return None
-    middle = np.median(np.array(others), axis=0)
-    if np.quantile([_alike(one, middle) for one in others], 0.25) < ALIKE:
+    center = np.median(np.array(others), axis=0)
+    if np.quantile([_alike(one, center) for one in others], 0.25) < ALIKE:
         return None
-    as_it_is = _alike(path, middle)
+    as_it_is = _alike(path, center)
     if as_it_is > ALIKE:
         return None
     # an axis along which nobody moves has no order and no sign worth telling
-    still = np.sqrt(np.mean(middle**2, axis=0)) < 0.1 * np.sqrt(np.mean(middle**2, axis=0)).max()
+    still = np.sqrt(np.mean(center**2, axis=0)) < 0.1 * np.sqrt(np.mean(center**2, axis=0)).max()
     best, found = max(ALIKE, 1 - (1 - as_it_is) / BETTER), None
     for order in permutations(range(path.shape[1])):
         for signs in product((1, -1), repeat=path.shape[1]):
             if any(still[i] and sign < 0 for i, sign in enumerate(signs)):
                 continue
-            similarity = _alike(path[:, order] * signs, middle)
+            similarity = _alike(path[:, order] * signs, center)
             if similarity > best:
                 best = similarity
                 found = ", ".join(

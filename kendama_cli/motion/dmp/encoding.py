@@ -49,8 +49,8 @@ def derivatives(demonstration: TrimmedDemonstration, smoothing_s: float) -> Deri
         if demonstration.even
         else np.asarray(CubicSpline(demonstration.share, demonstration.position_m, axis=0)(grid))
     )
-    wanted = max(MIN_SAMPLES, 2 * round(smoothing_s / demonstration.duration_s * (n - 1) / 2) + 1)
-    window = min(wanted, n if n % 2 else n - 1)
+    desired = max(MIN_SAMPLES, 2 * round(smoothing_s / demonstration.duration_s * (n - 1) / 2) + 1)
+    window = min(desired, n if n % 2 else n - 1)
     return Derivatives(grid, *(_local_cubic(even, window, order, 1.0 / (n - 1)) for order in range(3)))
 
 
@@ -193,11 +193,11 @@ def _thinned(demonstration: TrimmedDemonstration) -> Array:
     """Return even samples at ``THINNED`` even fractions, the same for every length; thin others, and fewer, as they
     are.
     """
-    place = demonstration.position_m
-    if not demonstration.even or len(place) <= THINNED:
-        return place[:: _stride(demonstration)]
-    first, weights = _cubic_weights(len(place))
-    return np.asarray((weights[:, :, None] * place[first]).sum(axis=1))
+    position = demonstration.position_m
+    if not demonstration.even or len(position) <= THINNED:
+        return position[:: _stride(demonstration)]
+    first, weights = _cubic_weights(len(position))
+    return np.asarray((weights[:, :, None] * position[first]).sum(axis=1))
 
 
 @lru_cache(maxsize=128)
@@ -206,10 +206,10 @@ def _cubic_weights(count: int) -> tuple[NDArray[np.int64], Array]:
     (n, 4) each.
     """
     at = np.linspace(0.0, count - 1.0, THINNED)
-    begin = np.clip(at.astype(np.int64) - 1, 0, count - 4)
-    u = at - begin
+    start = np.clip(at.astype(np.int64) - 1, 0, count - 4)
+    u = at - start
     v, w, x = u - 1, u - 2, u - 3
-    return begin[:, None] + np.arange(4), np.column_stack(
+    return start[:, None] + np.arange(4), np.column_stack(
         (-v * w * x / 6, u * w * x / 2, -u * v * x / 2, u * v * w / 6)
     )
 

@@ -87,10 +87,10 @@ def node_sums(position: Array, nodes: int) -> Array:
 @lru_cache(maxsize=128)
 def _cells(count: int, cells: int) -> tuple[Array, NDArray[np.int64]]:
     """Return the six weights of each of ``count`` samples (6, count), and each cell's first sample (cells,)."""
-    place = np.linspace(0.0, cells, count)
-    begins = np.searchsorted(place, np.arange(cells))
-    cell = np.minimum(place.astype(np.int64), cells - 1)
-    return quintic(place - cell), begins
+    position = np.linspace(0.0, cells, count)
+    begins = np.searchsorted(position, np.arange(cells))
+    cell = np.minimum(position.astype(np.int64), cells - 1)
+    return quintic(position - cell), begins
 
 
 @dataclass(frozen=True)

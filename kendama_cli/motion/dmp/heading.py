@@ -50,15 +50,15 @@ class CupPath:
         """
         first = play(self._plan, np.array([0.0]))
         total = self.lead_in_s
-        place = self._in_space(first.position_m)[0]
+        position = self._in_space(first.position_m)[0]
         speed = self._in_space(first.velocity_m_s)[0] * total
         change = self._in_space(first.acceleration_m_s2)[0] * total**2
         u = (t_s / total)[:, None]
-        way = speed / 2 - change / 12  # with this way the coefficient of u^5 vanishes
-        a = 10 * way - 4 * speed + change / 2
-        b = -15 * way + 7 * speed - change
-        c = 6 * way - 3 * speed + change / 2
-        return np.asarray(place - way + u**3 * (a + u * (b + u * c)))
+        path = speed / 2 - change / 12  # with this way the coefficient of u^5 vanishes
+        a = 10 * path - 4 * speed + change / 2
+        b = -15 * path + 7 * speed - change
+        c = 6 * path - 3 * speed + change / 2
+        return np.asarray(position - path + u**3 * (a + u * (b + u * c)))
 
     def _in_space(self, values: Array) -> Array:
         coordinates = self._plan.coordinates
@@ -112,10 +112,10 @@ def turned_plan(plan: MotionPlan, angle_rad: float) -> MotionPlan:
     """
     if angle_rad == 0.0:
         return plan
-    turn = heading_turn(angle_rad)[:, [AXES.index(name) for name in plan.coordinates]]
+    rotation = heading_turn(angle_rad)[:, [AXES.index(name) for name in plan.coordinates]]
     c, rows = len(plan.coordinates), len(plan.variation)
-    ends = plan.variation[:, 1 : 1 + 3 * c].reshape(rows, 3, c) @ turn.T
-    weights = turn @ plan.variation[:, 1 + 3 * c :].reshape(rows, c, len(plan.centers))
+    ends = plan.variation[:, 1 : 1 + 3 * c].reshape(rows, 3, c) @ rotation.T
+    weights = rotation @ plan.variation[:, 1 + 3 * c :].reshape(rows, c, len(plan.centers))
     cup = plan.turn
     if cup is not None:
         whole = heading_turn(angle_rad)
@@ -123,11 +123,11 @@ def turned_plan(plan: MotionPlan, angle_rad: float) -> MotionPlan:
     return dataclasses.replace(
         plan,
         coordinates=AXES,
-        start_m=turn @ plan.start_m,
-        start_velocity_m_s=turn @ plan.start_velocity_m_s,
-        goal_m=turn @ plan.goal_m,
-        goal_velocity_m_s=turn @ plan.goal_velocity_m_s,
-        weights=turn @ plan.weights,
+        start_m=rotation @ plan.start_m,
+        start_velocity_m_s=rotation @ plan.start_velocity_m_s,
+        goal_m=rotation @ plan.goal_m,
+        goal_velocity_m_s=rotation @ plan.goal_velocity_m_s,
+        weights=rotation @ plan.weights,
         variation=np.hstack(
             (plan.variation[:, :1], ends.reshape(rows, 9), weights.reshape(rows, 3 * len(plan.centers)))
         ),

@@ -48,11 +48,11 @@ class Solution:
         steps = len(self.nodes) - 1
         s = np.asarray(share, dtype=np.float64)
         node = np.clip(np.floor(s * steps).astype(np.int64), 0, steps - 1)
-        begin = node / steps
-        h = (s - begin)[:, None]
+        start = node / steps
+        h = (s - start)[:, None]
         y_gain, cross, u_gain = _free(h, self.frequency)
         drive = self.drive(s)
-        push = _forced(h, self.frequency, self.driven[node], self.drive(begin + h[:, 0] / 2), drive)
+        push = _forced(h, self.frequency, self.driven[node], self.drive(start + h[:, 0] / 2), drive)
         y = y_gain * self.nodes[node, 0] + cross * self.nodes[node, 1] + push[0]
         u = u_gain * self.nodes[node, 1] + push[1]
         rate = u - self.frequency * y
@@ -103,13 +103,13 @@ def _free(h: Array, w: float) -> tuple[Array, Array, Array]:
     return gain, h * (1 + d + d**2 / 2 + d**3 / 6), gain
 
 
-def _forced(h: Array, w: float, begin: Array, middle: Array, end: Array) -> tuple[Array, Array]:
+def _forced(h: Array, w: float, begin: Array, center: Array, end: Array) -> tuple[Array, Array]:
     """Return the effect on y and on u of one step from rest under the drive at its start, centre and end.
 
     With M = h A / 2: h/6 [(1 + 2M + 2M^2 + 2M^3) b0 + (4 + 4M + 2M^2) b1 + b2], b = (0, r). M^k has d^k on the
     diagonal, d = -w h / 2, and k d^(k-1) h / 2 above it.
     """
     d = -w * h / 2
-    to_u = h / 6 * ((1 + 2 * d + 2 * d**2 + 2 * d**3) * begin + (4 + 4 * d + 2 * d**2) * middle + end)
-    to_y = h / 6 * (h / 2) * ((2 + 4 * d + 6 * d**2) * begin + (4 + 4 * d) * middle)
+    to_u = h / 6 * ((1 + 2 * d + 2 * d**2 + 2 * d**3) * begin + (4 + 4 * d + 2 * d**2) * center + end)
+    to_y = h / 6 * (h / 2) * ((2 + 4 * d + 6 * d**2) * begin + (4 + 4 * d) * center)
     return to_y, to_u

@@ -71,8 +71,8 @@ class SmoothSpeed:
     def __init__(self, t_s: Array, position_m: Array) -> None:
         self._t_s = t_s
         steps = np.diff(t_s)[:, None]
-        middle = position_m - position_m.mean(axis=0)
-        self._sums = np.vstack([0 * middle[:1], np.cumsum(steps * (middle[1:] + middle[:-1]) / 2, axis=0)])
+        center = position_m - position_m.mean(axis=0)
+        self._sums = np.vstack([0 * center[:1], np.cumsum(steps * (center[1:] + center[:-1]) / 2, axis=0)])
 
     def over(self, window_s: float) -> Array:
         """Return the mean position of the next half window minus that of the last, over half a window; (n,) [m/s].
@@ -83,8 +83,8 @@ class SmoothSpeed:
         step_s, length_s = (t_s[-1] - t_s[0]) / (len(t_s) - 1), t_s[-1] - t_s[0]
         half_s = min(max(2 * step_s, window_s / 2), length_s / 2)
         at = np.clip(t_s, t_s[0] + half_s, t_s[-1] - half_s)
-        behind, here, ahead = (columns_at(at + shift, t_s, self._sums) for shift in (-half_s, 0.0, half_s))
-        return np.asarray(np.linalg.norm(ahead - 2 * here + behind, axis=1) / half_s**2)
+        past, here, ahead = (columns_at(at + shift, t_s, self._sums) for shift in (-half_s, 0.0, half_s))
+        return np.asarray(np.linalg.norm(ahead - 2 * here + past, axis=1) / half_s**2)
 
     def moving(self, window_s: float, rest_speed_m_s: float, rest_fraction: float) -> Moving:
         """Return the part that moves, by the speed over ``window_s``; raises ValueError if nothing moves."""
@@ -106,8 +106,8 @@ class SmoothSpeed:
 
 def _crossing(t_s: Array, above: Array, inside: int, outside: int) -> float:
     """Return the time between two samples at which ``above`` is zero."""
-    share = above[inside] / (above[inside] - above[outside])
-    return float(t_s[inside] + share * (t_s[outside] - t_s[inside]))
+    fraction = above[inside] / (above[inside] - above[outside])
+    return float(t_s[inside] + fraction * (t_s[outside] - t_s[inside]))
 
 
 MIN_SAMPLES = 5

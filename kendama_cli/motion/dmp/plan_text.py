@@ -48,9 +48,9 @@ def plan_from_text(text: str, form: TextFormat) -> MotionPlan:
     unknown = [key for key in document if key not in names and key != "format"]
     if missing or unknown:
         raise ValueError(f"the key '{missing[0]}' is missing" if missing else f"unknown key '{unknown[0]}'")
-    turn = _turn(document["turn"], document) if "turn" in document else None
+    rotation = _turn(document["turn"], document) if "turn" in document else None
     values = {name: _value(name, document[name], document) for name in names if name != "turn"}
-    return MotionPlan(**values, turn=turn)
+    return MotionPlan(**values, turn=rotation)
 
 
 def _plain(value: Any) -> Any:

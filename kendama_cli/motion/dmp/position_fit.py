@@ -153,10 +153,10 @@ def operator(share: Array, bases: tuple[Basis, ...], ends: Ends) -> Operator:
         gram = seen.transpose(0, 2, 1) @ seen
         found = _by_normal_equations(common, n, gram, partial(_products, seen), _free(bases[0], ends))
     if found is None:
-        seen, turn, lift, shrink = (
+        seen, rotation, lift, shrink = (
             np.array(one) for one in zip(*(_by_columns(share, basis, ends) for basis in bases), strict=True)
         )
-        found = _operator(n, partial(_products, seen), turn, lift, shrink)
+        found = _operator(n, partial(_products, seen), rotation, lift, shrink)
     return found
 
 
@@ -182,8 +182,8 @@ def _by_normal_equations(
     if (np.diagonal(triangle, axis1=1, axis2=2) ** 2).min() < LEAST_SEEN * n:
         return None
     inverse = np.linalg.inv(triangle)
-    squared, turn = np.linalg.eigh(inverse @ common.jerk @ inverse.transpose(0, 2, 1))
-    to_components = turn.transpose(0, 2, 1) @ inverse
+    squared, rotation = np.linalg.eigh(inverse @ common.jerk @ inverse.transpose(0, 2, 1))
+    to_components = rotation.transpose(0, 2, 1) @ inverse
     lift = np.zeros((len(gram), max(free) + 1, len(free)))
     lift[:, free] = common.lift @ to_components.transpose(0, 2, 1)
     shrink = 1.0 / (1.0 + PRICES[:, None] * n * np.maximum(squared, 0.0)[:, None])
@@ -214,10 +214,10 @@ def _by_columns(share: Array, basis: Basis, ends: Ends) -> tuple[Array, Array, A
     size = np.linalg.norm(rows, axis=0)
     orthonormal, triangle = _tall_qr(np.vstack((rows / size, LEAST_COLUMN * np.eye(len(free)))))
     inverse = np.linalg.inv(triangle)
-    _, bend, turn = np.linalg.svd((jerk / size) @ inverse, full_matrices=False)
+    _, bend, rotation = np.linalg.svd((jerk / size) @ inverse, full_matrices=False)
     lift = np.zeros((4 + basis.functions, len(free)))
-    lift[free] = (inverse @ turn.T) / size[:, None]
-    return orthonormal[:n], turn, lift, 1.0 / (1.0 + PRICES[:, None] * n * bend**2)
+    lift[free] = (inverse @ rotation.T) / size[:, None]
+    return orthonormal[:n], rotation, lift, 1.0 / (1.0 + PRICES[:, None] * n * bend**2)
 
 
 def _tall_qr(rows: Array) -> tuple[Array, Array]:

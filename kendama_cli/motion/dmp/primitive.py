@@ -93,15 +93,15 @@ def play(plan: MotionPlan, t_s: Array, *, steps: int = STEPS) -> DmpMotion:
     ``tau_scale * duration_s`` it stays on its goal with f = 0. ``steps`` is the number of integration steps.
     """
     tau_s = plan.tau_scale * plan.duration_s
-    share = np.asarray(t_s, dtype=np.float64) / tau_s
-    goal = goal_path(np.maximum(share, 0.0), plan.goal_m, plan.goal_velocity_m_s * plan.duration_s)
+    fraction = np.asarray(t_s, dtype=np.float64) / tau_s
+    goal = goal_path(np.maximum(fraction, 0.0), plan.goal_m, plan.goal_velocity_m_s * plan.duration_s)
     # what is integrated is the distance to the goal: e'' + D e' + K e = f, the goal moves evenly or f = 0
     solution = _to_goal(plan, steps)
-    inside = solution.at(np.clip(share, 0.0, 1.0))
+    inside = solution.at(np.clip(fraction, 0.0, 1.0))
     end = solution.at(np.ones(1))
-    after = settle(end.position[0], end.rate[0], solution.frequency, np.maximum(share - 1.0, 0.0))
-    past = (share > 1.0)[:, None]
-    ahead = (share < 0.0)[:, None]
+    after = settle(end.position[0], end.rate[0], solution.frequency, np.maximum(fraction - 1.0, 0.0))
+    past = (fraction > 1.0)[:, None]
+    ahead = (fraction < 0.0)[:, None]
     position = goal.position + np.where(past, after.position, inside.position)
     rate = np.where(ahead, 0.0, goal.rate + np.where(past, after.rate, inside.rate))
     second = np.where(ahead, 0.0, goal.second + np.where(past, after.second, inside.second))
@@ -136,12 +136,12 @@ def with_parameters(plan: MotionPlan, values: Array) -> MotionPlan:
     """Return ``plan`` with the parameters ``values``, in the order of ``parameters``."""
     c = len(plan.coordinates)
     duration = float(np.exp(values[0]))
-    start_rate, way, goal_rate = values[1 : 1 + 3 * c].reshape(3, c)
+    start_rate, path, goal_rate = values[1 : 1 + 3 * c].reshape(3, c)
     return dataclasses.replace(
         plan,
         duration_s=duration,
         start_velocity_m_s=start_rate / duration,
-        goal_m=plan.start_m + way,
+        goal_m=plan.start_m + path,
         goal_velocity_m_s=goal_rate / duration,
         weights=values[1 + 3 * c :].reshape(plan.weights.shape),
     )
@@ -158,7 +158,7 @@ def sample_plan(plan: MotionPlan, rng: np.random.Generator, scale: float = 1.0) 
 
     The parameters vary together as they did over the demonstrations, so what is drawn is again a swing of their kind.
     """
-    drawn = rng.standard_normal(len(plan.variation)) @ plan.variation
+    sampled = rng.standard_normal(len(plan.variation)) @ plan.variation
     return dataclasses.replace(
-        with_parameters(plan, parameters(plan) + scale * drawn), variation=np.zeros((0, plan.variation.shape[1]))
+        with_parameters(plan, parameters(plan) + scale * sampled), variation=np.zeros((0, plan.variation.shape[1]))
     )

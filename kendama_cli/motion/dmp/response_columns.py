@@ -106,13 +106,15 @@ def _at_ends(known: Sequence[Array], w: float, drive: Array) -> Array:
 def _end_columns(share: Array, w: float) -> tuple[Array, Array, Array, Array]:
     """Return the value and three derivatives of the columns of y0, y0', g and g'; each (n, 4)."""
     unit, none = np.ones(1), np.zeros(1)
-    place, speed = settle(unit, none, w, share), settle(none, unit, w, share)
-    third = [-2 * w * one.second - w**2 * one.rate for one in (place, speed)]
+    position, speed = settle(unit, none, w, share), settle(none, unit, w, share)
+    third = [-2 * w * one.second - w**2 * one.rate for one in (position, speed)]
     s = share[:, None]
     return (
-        np.hstack((place.position, speed.position, 1 - place.position, s - 1 + place.position - speed.position)),
-        np.hstack((place.rate, speed.rate, -place.rate, 1 + place.rate - speed.rate)),
-        np.hstack((place.second, speed.second, -place.second, place.second - speed.second)),
+        np.hstack(
+            (position.position, speed.position, 1 - position.position, s - 1 + position.position - speed.position)
+        ),
+        np.hstack((position.rate, speed.rate, -position.rate, 1 + position.rate - speed.rate)),
+        np.hstack((position.second, speed.second, -position.second, position.second - speed.second)),
         np.hstack((third[0], third[1], -third[0], third[0] - third[1])),
     )
 
@@ -123,9 +125,9 @@ def read_rows(rows: Array, share: Array) -> Array:
     Quintic Hermite interpolation between the nodes.
     """
     cells = rows.shape[1] // 3 - 1
-    place = np.asarray(share) * cells
-    cell = np.minimum(place.astype(np.int64), cells - 1)
-    weights = quintic(place - cell)
+    position = np.asarray(share) * cells
+    cell = np.minimum(position.astype(np.int64), cells - 1)
+    weights = quintic(position - cell)
     return np.stack([np.einsum("rk,kpr->kp", weights, one[cell]) for one in cell_rows(rows)])
 
 

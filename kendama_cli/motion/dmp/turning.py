@@ -55,17 +55,17 @@ def turns_of(plan: MotionPlan, t_s: Array) -> Array:
     """Return the cup's rotation vectors from upright (n, 3) [rad] at ``t_s`` (n,) of ``plan``; zeros without a
     rotation.
     """
-    turn = plan.turn
-    if turn is None:
+    rotation = plan.turn
+    if rotation is None:
         return np.zeros((len(t_s), 3))
     motion = dataclasses.replace(
         plan,
         coordinates=TURNS,
-        start_m=turn.start_rad,
-        start_velocity_m_s=turn.start_velocity_rad_s,
-        goal_m=turn.goal_rad,
-        goal_velocity_m_s=turn.goal_velocity_rad_s,
-        weights=turn.weights,
+        start_m=rotation.start_rad,
+        start_velocity_m_s=rotation.start_velocity_rad_s,
+        goal_m=rotation.goal_rad,
+        goal_velocity_m_s=rotation.goal_velocity_rad_s,
+        weights=rotation.weights,
         variation=np.zeros((0, 1 + 3 * (3 + len(plan.centers)))),
         turn=None,
     )

@@ -37,9 +37,9 @@ def minimise(
     strategy = cma.CMAEvolutionStrategy(np.asarray(start, dtype=np.float64), spread, options)
     best = Minimum(_mirrored(np.array(start)), cost(_mirrored(np.array(start))))
     for _ in range(generations):
-        tried = strategy.ask()
-        found = [Minimum(place, cost(place)) for place in (_mirrored(np.array(one)) for one in tried)]
-        strategy.tell(tried, [one.value for one in found])
+        attempted = strategy.ask()
+        found = [Minimum(position, cost(position)) for position in (_mirrored(np.array(one)) for one in attempted)]
+        strategy.tell(attempted, [one.value for one in found])
         best = min(best, *found, key=lambda one: one.value)
     return best
 

@@ -98,11 +98,11 @@ def measured(
     """
     arm = RobotModel(robot, game.cup, game.gravity_m_s2)
     swing = ArmMotion(arm, plan, lead_in_m_s2)
-    least = swing.least_tau_scale()
-    tau = max(plan.tau_scale, min(least, slowest_tau))
+    minimum = swing.least_tau_scale()
+    tau = max(plan.tau_scale, min(minimum, slowest_tau))
     joints = swing.joints(tau, 0.0)
     clear = least_clearance(arm, game, joints, swing_rad=swing_heading_rad(plan))
-    return PlacedMotion(current_placement(arm), limit_ratios(arm, joints), clear, least, tau)
+    return PlacedMotion(current_placement(arm), limit_ratios(arm, joints), clear, minimum, tau)
 
 
 def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:

@@ -57,9 +57,9 @@ class LimitRatios:
         """The leading joint of each kind of limit, the largest share first."""
         found = []
         kinds = (self.velocity, self.acceleration, self.effort)
-        for kind, shares, limits, doubt in zip(UNITS, kinds, self.limits, self.doubts, strict=True):
-            j = int(shares.argmax())
-            found.append(Leading(kind, self.joint_names[j], float(shares[j]), float(limits[j]), doubt))
+        for kind, fractions, limits, doubt in zip(UNITS, kinds, self.limits, self.doubts, strict=True):
+            j = int(fractions.argmax())
+            found.append(Leading(kind, self.joint_names[j], float(fractions[j]), float(limits[j]), doubt))
         return tuple(sorted(found, key=lambda one: -one.share))
 
 
@@ -92,8 +92,8 @@ def efforts_nm(arm: RobotModel, joints: JointTrajectory) -> Array:
 
 def require_within_limits(arm: RobotModel, joints: JointTrajectory) -> LimitRatios:
     """Return the ratios of a motion within the limits; raises StageError, with joint and limit, if it exceeds one."""
-    shares = limit_ratios(arm, joints)
-    first = shares.leading[0]
+    fractions = limit_ratios(arm, joints)
+    first = fractions.leading[0]
     if first.share > 1.0:
         unit = UNITS[first.kind]
         raise StageError(
@@ -101,7 +101,7 @@ def require_within_limits(arm: RobotModel, joints: JointTrajectory) -> LimitRati
             f"allowed: {first.limit:.2f} {unit}{first.doubt}: "
             "play the motion slower (adapt.tau_range) or place the arm otherwise (adapt.placement=search)"
         )
-    return shares
+    return fractions
 
 
 _ROUNDING = 1e-6
@@ -147,11 +147,11 @@ def require_allowed(checked: Iterable[CheckedLimit]) -> None:
 def _limits(arm: RobotModel, joints: JointTrajectory, safety: SafetySettings) -> list[CheckedLimit]:
     found = []
     for one in limit_ratios(arm, joints).leading:
-        share = one.share if math.isfinite(one.share) else math.inf
+        fraction = one.share if math.isfinite(one.share) else math.inf
         unit = UNITS[one.kind]
-        needed = f"{share * one.limit:.2f} {unit} of joint '{one.joint}'"
+        needed = f"{fraction * one.limit:.2f} {unit} of joint '{one.joint}'"
         allowed = f"at most {safety.limit_ratio * one.limit:.2f} {unit}{one.doubt}"
-        found.append(CheckedLimit(one.kind, needed, allowed, share <= safety.limit_ratio + _ROUNDING))
+        found.append(CheckedLimit(one.kind, needed, allowed, fraction <= safety.limit_ratio + _ROUNDING))
     return found
 
 

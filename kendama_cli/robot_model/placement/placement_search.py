@@ -188,7 +188,7 @@ class PlacementProblem:
     def cost(self, place: Array) -> float:
         """Return the cost of the candidate ``place`` (d,)."""
         one = self._try(place)
-        turn = heading_turn(one.heading_rad)
+        rotation = heading_turn(one.heading_rad)
         y = np.array([0.0, 1.0, 0.0])
         sides = [heading_turn(demand.swing_rad - one.heading_rad) @ y for demand in self.demands]
         pedestal_m = TIE_HEIGHT_M - float(one.tie_m[2])
@@ -200,7 +200,7 @@ class PlacementProblem:
             return IMPOSSIBLE + blocked
         peak = 0.0
         for number, demand in enumerate(self.demands):
-            angles, missed = follow(self._chain, one.tool, one.ik, demand.path_m @ turn, False)
+            angles, missed = follow(self._chain, one.tool, one.ik, demand.path_m @ rotation, False)
             if not np.isfinite(missed[-1]):
                 left = float(np.isinf(missed).mean()) + len(self.demands) - 1 - number
                 return UNREACHED + UNREACHED * left / len(self.demands) + blocked
@@ -221,13 +221,13 @@ class PlacementProblem:
         home[self._first :] = values[1 : 1 + n - self._first]
         weights = 10.0 ** values[-n:] / self._limits[0] ** 2
         handle = float(values[-n - 1]) * self._along
-        turns, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))
-        frames(self._chain, home, turns, shifts)
+        rotations, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))
+        frames(self._chain, home, rotations, shifts)
         out = self._chain.tip_turn @ handle
         tie = self._chain.tip_m + out
-        tool = ToolGeometry(tie, turns[n].T @ np.array([0.0, 0.0, 1.0]), self._held_kg)
-        rise = turns[n] @ out / np.linalg.norm(out)
-        return _Try(float(values[0]), IkSettings(home, weights), handle, tool, turns[n] @ tie + shifts[n], rise)
+        tool = ToolGeometry(tie, rotations[n].T @ np.array([0.0, 0.0, 1.0]), self._held_kg)
+        rise = rotations[n] @ out / np.linalg.norm(out)
+        return _Try(float(values[0]), IkSettings(home, weights), handle, tool, rotations[n] @ tie + shifts[n], rise)
 
 
 def search(
@@ -244,11 +244,11 @@ def search(
     ``effort`` scales the number of candidates looked at. ``progress`` is called with starts done, starts in all, and
     the least cost so far.
     """
-    drawn = rng.uniform(size=(round(effort * SAMPLES), problem.dimensions))
-    costs = np.array([problem.cost(place) for place in drawn])
+    sampled = rng.uniform(size=(round(effort * SAMPLES), problem.dimensions))
+    costs = np.array([problem.cost(position) for position in sampled])
     order = np.argsort(costs, kind="stable")[: ROUNDS[0].starts - 1]
     first = problem.place_of(given)
-    best = [Minimum(first, problem.cost(first)), *(Minimum(drawn[k], float(costs[k])) for k in order)]
+    best = [Minimum(first, problem.cost(first)), *(Minimum(sampled[k], float(costs[k])) for k in order)]
     done, total = 1, 1 + sum(one.starts for one in ROUNDS)
     progress(done, total, min(one.value for one in best))
     for one in ROUNDS:

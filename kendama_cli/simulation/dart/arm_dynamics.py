@@ -22,9 +22,9 @@ class ArmDynamics:
         chain, n = compiled_chain(arm, with_tool=True), len(arm.joint_names)
         zeros = np.zeros(n)
         pose, root_m = arm.tool_pose(zeros), arm.joint_places_m(zeros)
-        turn, shift = arm.base_pose()
-        columns = (chain.axes @ turn.T, chain.origins @ turn.T + shift, chain.centers_m @ turn.T + shift)
-        inertia = turn @ chain.inertia_kg_m2 @ turn.T
+        rotation, shift = arm.base_pose()
+        columns = (chain.axes @ rotation.T, chain.origins @ rotation.T + shift, chain.centers_m @ rotation.T + shift)
+        inertia = rotation @ chain.inertia_kg_m2 @ rotation.T
         self.links = np.hstack([*columns, inertia.reshape(n, 9), chain.mass_kg[:, None], chain.rotor_kg_m2[:, None]])
         cup = game.cup if game is not None else None
         axis, tie_m = pose.rotation[:, 2], pose.position_m

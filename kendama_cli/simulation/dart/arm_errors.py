@@ -83,8 +83,8 @@ class ErringArm:
 
     def misreads(self, step: int) -> Array:
         """Return the reading error (n,) of the angles for the drive's controller before the sample ``step``."""
-        misread: Array = self._none if self._misread is None else self._misread[step - 1]
-        return misread
+        reading_error: Array = self._none if self._misread is None else self._misread[step - 1]
+        return reading_error
 
 
 def _misread(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> Array:
@@ -92,9 +92,9 @@ def _misread(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> Arr
 
     dq'' + Kd dq' + Kp (dq + m) = 0,   m = -dq - (Kd dq' + dq'') / Kp,   Kd = 2 sqrt Kp
     """
-    place, speed, change = _joint_offsets(arm, joints, errors)
+    position, speed, change = _joint_offsets(arm, joints, errors)
     stiffness = arm.settings.stiffness_1_s2
-    return -place - (2 * math.sqrt(stiffness) * speed + change) / stiffness
+    return -position - (2 * math.sqrt(stiffness) * speed + change) / stiffness
 
 
 def _joint_offsets(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> tuple[Array, Array, Array]:
@@ -104,9 +104,9 @@ def _joint_offsets(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) 
     knots = np.append(np.arange(0, len(t_s) - 1, every), len(t_s) - 1)
     turned = 2 * math.pi * errors.cup_error_hz * t_s[knots] + errors.cup_error_phase_rad
     error_m = errors.cup_error_m * minimum_jerk.step(t_s[knots] / ONSET_S) * np.sin(turned)
-    aside = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    lateral = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     offsets = [
-        weighted_step(arm.tool_jacobian(joints.position_rad[k]), e * aside, arm.redundancy_weights)
+        weighted_step(arm.tool_jacobian(joints.position_rad[k]), e * lateral, arm.redundancy_weights)
         for k, e in zip(knots, error_m, strict=True)
     ]
     curve = CubicSpline(t_s[knots], np.array(offsets))

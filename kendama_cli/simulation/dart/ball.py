@@ -165,8 +165,8 @@ class TetheredBall:
         x, y, z = (self.position_m - self.tie_m).tolist()
         if x * x + y * y + z * z > (2 * self.game.cup.rim_m) ** 2:
             return False
-        place = self._cup.getWorldTransform()
-        return is_inside(place.rotation().T @ (self.position_m - place.translation()), self.game.cup)
+        pose = self._cup.getWorldTransform()
+        return is_inside(pose.rotation().T @ (self.position_m - pose.translation()), self.game.cup)
 
     def react(self) -> None:
         """Let the pull of this step, or of the last one again, act on the cup, where the rope leaves it."""
@@ -180,8 +180,8 @@ class TetheredBall:
     @property
     def tie_m(self) -> Array:
         """The cup's place in the world (3,)."""
-        place: Array = self._tie.getCOM()
-        return place
+        position: Array = self._tie.getCOM()
+        return position
 
     @property
     def axis(self) -> Array:
@@ -220,19 +220,19 @@ class TetheredBall:
 
     def abort(self, t_s: float) -> Never:
         """Raise SimulationError: the ball has gone far away."""
-        place, speed = self.position_m.round(3).tolist(), self.velocity_m_s.round(3).tolist()
+        position, speed = self.position_m.round(3).tolist(), self.velocity_m_s.round(3).tolist()
         raise SimulationError(
             "ball",
             t_s,
-            f"the ball is at {place} m with {speed} m/s at {t_s:.3f} s: the time step is too long for the rope or the "
-            "contact; lower game.rope.stiffness_n_m and game.rope.damping_n_s_m or use a heavier ball",
+            f"the ball is at {position} m with {speed} m/s at {t_s:.3f} s: the time step is too long for the rope or "
+            "the contact; lower game.rope.stiffness_n_m and game.rope.damping_n_s_m or use a heavier ball",
         )
 
 
 def _knot_m(cup: Any, knot: Array) -> Array:
     """Return the position in the world (3,) of the cup's point ``knot`` (3,)."""
-    place = cup.getWorldTransform()
-    return np.asarray(place.translation() + place.rotation() @ knot)
+    pose = cup.getWorldTransform()
+    return np.asarray(pose.translation() + pose.rotation() @ knot)
 
 
 def _with_knot(cup: Any, knot: Array, axis: tuple[Array, Array]) -> tuple[Array, Array]:

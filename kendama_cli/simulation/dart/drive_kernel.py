@@ -44,8 +44,8 @@ def clipped(value: float, low: float, high: float) -> float:
 @compiled_as(float64(float64, float64, float64, float64, float64))
 def _catching_up(error: float, speed: float, acceleration: float, top: float, period: float) -> float:
     """Return the acceleration beyond the reference's that takes ``error`` and ``speed`` to zero: fhan (see Drive)."""
-    most = max(top - abs(acceleration), LEAST_MARGIN * top)
-    d = most * period**2
+    maximum = max(top - abs(acceleration), LEAST_MARGIN * top)
+    d = maximum * period**2
     a0 = period * speed
     y = error + a0
     if abs(y) <= d:
@@ -53,7 +53,7 @@ def _catching_up(error: float, speed: float, acceleration: float, top: float, pe
     else:
         side = 1.0 if y > 0.0 else -1.0
         a = a0 + side * (math.sqrt(d * (d + 8 * abs(y))) - d) / 2
-    return -most * clipped(a / d, -1.0, 1.0)
+    return -maximum * clipped(a / d, -1.0, 1.0)
 
 
 @compiled_as(float64(float64, float64, float64))
@@ -121,11 +121,11 @@ def _within(  # noqa: PLR0917
     Its acceleration is largest at an end; its speed is so too, or where the acceleration changes its sign.
     """
     fastest, top = limits[FASTEST, i], limits[TOP, i]
-    mean, most = (q1 - q0) / period, top * period * (1.0 + ROUNDING)
-    begin, end = 6.0 * mean - 4.0 * v0 - 2.0 * v1, 4.0 * v1 + 2.0 * v0 - 6.0 * mean
-    if not (abs(begin) <= most and abs(end) <= most and abs(v1) <= fastest):
+    mean, maximum = (q1 - q0) / period, top * period * (1.0 + ROUNDING)
+    start, end = 6.0 * mean - 4.0 * v0 - 2.0 * v1, 4.0 * v1 + 2.0 * v0 - 6.0 * mean
+    if not (abs(start) <= maximum and abs(end) <= maximum and abs(v1) <= fastest):
         return False
-    if begin * end < 0.0 and abs(v0 + 0.5 * begin * begin / (begin - end)) > fastest:
+    if start * end < 0.0 and abs(v0 + 0.5 * start * start / (start - end)) > fastest:
         return False
     if limits[NEAR_LOWER, i] <= q1 <= limits[NEAR_UPPER, i]:
         return True
@@ -141,12 +141,12 @@ def _hold_back(  # noqa: PLR0917
     before = position - period * velocity + 0.5 * period**2 * acceleration
     speed = last - (velocity - period * acceleration)
     catching_up = _catching_up(here - before, speed, acceleration, limits[TOP, i], period)
-    wanted = last + period * (acceleration + catching_up)
-    if not math.isfinite(wanted):
-        wanted = 0.0  # to rest
+    desired = last + period * (acceleration + catching_up)
+    if not math.isfinite(desired):
+        desired = 0.0  # to rest
     down, up = _speeds(here, last, limits, period, i)
     # the room to brake is kept from period to period, so this never asks for more than the limit
-    held = clipped(clipped(wanted, last - change, last + change), down, up)
+    held = clipped(clipped(desired, last - change, last + change), down, up)
     place = clipped(here + 0.5 * period * (last + held), limits[LOWER, i], limits[UPPER, i])
     state[POSITION, i], state[VELOCITY, i] = place, held
     return not (abs(place - position) <= CHANGED_RAD and abs(held - velocity) <= CHANGED_RAD / period)
@@ -222,11 +222,11 @@ class Drive:
     def reset(self, position_rad: Array, velocity_rad_s: Array | float = 0.0) -> None:
         """Begin at ``position_rad`` (n,), moving with ``velocity_rad_s``, or as near to that as the limits allow."""
         lower, upper, fastest, top = self.limits[: TOP + 1]
-        place = np.clip(position_rad, lower, upper)
+        position = np.clip(position_rad, lower, upper)
         # w(v) <= v^2 / 2 A + A T^2 / 8, so that there is room for these speeds
         spare = top * self._period_s**2 / 8
-        down, up = (np.sqrt(2 * top * np.maximum(room - spare, 0.0)) for room in (place - lower, upper - place))
-        self.state[POSITION] = place
+        down, up = (np.sqrt(2 * top * np.maximum(room - spare, 0.0)) for room in (position - lower, upper - position))
+        self.state[POSITION] = position
         self.state[VELOCITY] = np.clip(velocity_rad_s, -np.minimum(down, fastest), np.minimum(up, fastest))
         self.state[MEAN] = self.state[VELOCITY]
         self.limited = False

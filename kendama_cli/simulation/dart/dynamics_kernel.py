@@ -35,7 +35,7 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
     ``points`` the joints' origins and after them the marks, which move with ``mark_speeds``.
     """
     n = position_rad.size
-    turn, last, shift = np.eye(3), np.eye(3), np.zeros(3)
+    rotation, last, shift = np.eye(3), np.eye(3), np.zeros(3)
     bodies, loads = np.empty((n, 10)), np.empty((n, 6))  # mass, m c, J about the origin; torque and force
     w, u, dw, du = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
     du[2] = gravity
@@ -45,14 +45,14 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
         x, y, z = link[AXIS], link[AXIS + 1], link[AXIS + 2]
         cosine, sine = math.cos(position_rad[i]), math.sin(position_rad[i])
         for r in range(3):  # Rodrigues' turn about the axis, after the turn so far
-            p, q, s = turn[r, 0], turn[r, 1], turn[r, 2]
+            p, q, s = rotation[r, 0], rotation[r, 1], rotation[r, 2]
             along = p * x + q * y + s * z
             screws[i, r] = along
             points[i, r] = p * link[ORIGIN] + q * link[ORIGIN + 1] + s * link[ORIGIN + 2] + shift[r]
             last[r, 0], last[r, 1], last[r, 2] = p, q, s
-            turn[r, 0], turn[r, 1], turn[r, 2] = rotated_row((p, q, s), (x, y, z), cosine, sine)
+            rotation[r, 0], rotation[r, 1], rotation[r, 2] = rotated_row((p, q, s), (x, y, z), cosine, sine)
             for k in range(3):
-                shift[r] += (last[r, k] - turn[r, k]) * link[ORIGIN + k]
+                shift[r] += (last[r, k] - rotation[r, k]) * link[ORIGIN + k]
         a0, a1, a2 = screws[i, 0], screws[i, 1], screws[i, 2]
         o0, o1, o2 = points[i]
         b0, b1, b2 = o1 * a2 - o2 * a1, o2 * a0 - o0 * a2, o0 * a1 - o1 * a0
@@ -72,7 +72,7 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
         for r in range(3):
             turned[r] = shift[r]
             for k in range(3):
-                turned[r] += turn[r, k] * link[CENTER + k]
+                turned[r] += rotation[r, k] * link[CENTER + k]
         c0, c1, c2 = turned
         h0, h1, h2 = mass * c0, mass * c1, mass * c2
         body = bodies[i]
@@ -82,10 +82,10 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
             for k in range(3):
                 last[r, k] = 0.0
                 for m in range(3):
-                    last[r, k] += turn[r, m] * link[INERTIA + 3 * m + k]
+                    last[r, k] += rotation[r, m] * link[INERTIA + 3 * m + k]
         for r in range(3):
             for k in range(r + 1):
-                body[at] = last[r, 0] * turn[k, 0] + last[r, 1] * turn[k, 1] + last[r, 2] * turn[k, 2]
+                body[at] = last[r, 0] * rotation[k, 0] + last[r, 1] * rotation[k, 1] + last[r, 2] * rotation[k, 2]
                 body[at] -= mass * turned[r] * turned[k]
                 if r == k:
                     body[at] += h0 * c0 + h1 * c1 + h2 * c2
@@ -111,7 +111,7 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
         for r in range(3):
             points[n + mark, r] = shift[r]
             for k in range(3):
-                points[n + mark, r] += turn[r, k] * marks[mark, k]
+                points[n + mark, r] += rotation[r, k] * marks[mark, k]
         x, y, z = points[n + mark]
         mark_speeds[mark, 0] = u[0] + w[1] * z - w[2] * y
         mark_speeds[mark, 1] = u[1] + w[2] * x - w[0] * z

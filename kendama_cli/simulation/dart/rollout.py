@@ -181,8 +181,12 @@ def play_rollout(
     deviation of the angles read, drawn from ``rng``. Raises SimulationError.
     """
     world.reset(joints.position_rad[0])
-    places, speeds, changes = list(joints.position_rad), list(joints.velocity_rad_s), list(joints.acceleration_rad_s2)
-    noises = [0.0] * len(places)
+    positions, speeds, changes = (
+        list(joints.position_rad),
+        list(joints.velocity_rad_s),
+        list(joints.acceleration_rad_s2),
+    )
+    noises = [0.0] * len(positions)
     erring = None if errors is None else ErringArm(world.arm, joints, errors, STEP_S)
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
@@ -192,18 +196,18 @@ def play_rollout(
     samples: list[tuple[float | Array, ...]] = []
     if record:
         samples.append(_sample(world))
-    for k in range(1, len(places)):
-        place, speed, change = places[k], speeds[k], changes[k]
-        misread = noises[k] if erring is None else noises[k] + erring.misreads(k)
+    for k in range(1, len(positions)):
+        position, speed, change = positions[k], speeds[k], changes[k]
+        reading_error = noises[k] if erring is None else noises[k] + erring.misreads(k)
         if correction is not None:
             ahead = (k - 1) % correction.steps
             if ahead == 0:
-                corrected = correction.coming(world.t_s, world.position_rad + misread, world.ball.position_m)
+                corrected = correction.coming(world.t_s, world.position_rad + reading_error, world.ball.position_m)
             if corrected is not None:
-                place, speed, change = corrected[ahead]
+                position, speed, change = corrected[ahead]
         if erring is not None:
-            place, speed, change = erring.follows(place, speed, change)
-        world.step(place, speed, change, misread)
+            position, speed, change = erring.follows(position, speed, change)
+        world.step(position, speed, change, reading_error)
         flight.observe(world.t_s)
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
         strongest = np.maximum(strongest, np.abs(world.effort_nm))

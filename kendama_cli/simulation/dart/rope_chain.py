@@ -70,6 +70,8 @@ class RopeChain(NoChain):
         nodes[:, rope_chain_kernel.NODE : rope_chain_kernel.NODE_SPEED] = tie_m + laid(
             self._profile, self._lengths_m, ball_m - tie_m, axis
         )
-        share = np.append(0.0, np.cumsum(self._lengths_m) / sum(self._lengths_m))[:, None]
-        nodes[:, rope_chain_kernel.NODE_SPEED : rope_chain_kernel.NODE_KG] = (1.0 - share) * tie_m_s + share * ball_m_s
+        fraction = np.append(0.0, np.cumsum(self._lengths_m) / sum(self._lengths_m))[:, None]
+        nodes[:, rope_chain_kernel.NODE_SPEED : rope_chain_kernel.NODE_KG] = (
+            1.0 - fraction
+        ) * tie_m_s + fraction * ball_m_s
         numbers[rope_chain_kernel.CHAIN_BEGUN] = 0.0

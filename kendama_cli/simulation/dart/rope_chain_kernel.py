@@ -66,9 +66,9 @@ def _tensions(  # noqa: PLR0912
         for i in range(n):
             lower[i], side[i] = diagonal[i], wanted[i]
             if i > 0 and pulls[i] and pulls[i - 1]:
-                share = beside[i - 1] / lower[i - 1]
-                lower[i] -= share * beside[i - 1]
-                side[i] -= share * side[i - 1]
+                fraction = beside[i - 1] / lower[i - 1]
+                lower[i] -= fraction * beside[i - 1]
+                side[i] -= fraction * side[i - 1]
         for i in range(n - 1, -1, -1):
             if not pulls[i]:
                 pull[i] = 0.0
@@ -147,8 +147,8 @@ def pull_chain(  # noqa: PLR0912, PLR0915, PLR0917
         mean_n[r] = pulled[REACTION + r] = 0.0
     chain[CHAIN_BEGUN] = 1.0
     free, normal, held, along = np.empty((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros(n + 1), np.zeros((n + 1, 3))
-    diagonal, beside, wanted, pull_n = np.empty(n), np.zeros(n), np.empty(n), np.zeros(n)
-    at, moment, way = np.empty(3), np.zeros(3), np.empty(3)
+    diagonal, beside, desired, pull_n = np.empty(n), np.zeros(n), np.empty(n), np.zeros(n)
+    at, moment, vector = np.empty(3), np.zeros(3), np.empty(3)
     reach = 0.0
     for k in range(solid.shape[0]):
         reach = max(reach, solid[k, 1], solid[k, 3])
@@ -168,9 +168,9 @@ def pull_chain(  # noqa: PLR0912, PLR0915, PLR0917
                 break
             up = gap = 0.0
             for r in range(3):
-                way[r] = nodes[i, NODE + r] - nodes[0, NODE + r]
-                up += way[r] * axis[r]
-                gap += way[r] * way[r]
+                vector[r] = nodes[i, NODE + r] - nodes[0, NODE + r]
+                up += vector[r] * axis[r]
+                gap += vector[r] * vector[r]
             if gap > 4.0 * reach * reach or not -ROUNDED_M < up < reach + ROUNDED_M:
                 continue
             out = math.sqrt(max(gap - up * up, 0.0))
@@ -179,9 +179,9 @@ def pull_chain(  # noqa: PLR0912, PLR0915, PLR0917
                 continue
             turned = 0.0
             for r in range(3):
-                aside = (way[r] - up * axis[r]) / out if out > 1e-9 else 0.0
-                normal[i, r] = at[1] * aside + at[2] * axis[r]
-                turned += way[r] * axis_rate[r]
+                lateral = (vector[r] - up * axis[r]) / out if out > 1e-9 else 0.0
+                normal[i, r] = at[1] * lateral + at[2] * axis[r]
+                turned += vector[r] * axis_rate[r]
             coming = leaving = 0.0
             for r in range(3):
                 leaving += normal[i, r] * (speed[r] + up * axis_rate[r] - turned * axis[r])
@@ -191,9 +191,9 @@ def pull_chain(  # noqa: PLR0912, PLR0915, PLR0917
             for r in range(3):
                 free[i, r] += pushed * normal[i, r]
                 pulled[REACTION + r] -= mass * pushed * normal[i, r] / period
-            moment[0] -= mass * pushed / period * (way[1] * normal[i, 2] - way[2] * normal[i, 1])
-            moment[1] -= mass * pushed / period * (way[2] * normal[i, 0] - way[0] * normal[i, 2])
-            moment[2] -= mass * pushed / period * (way[0] * normal[i, 1] - way[1] * normal[i, 0])
+            moment[0] -= mass * pushed / period * (vector[1] * normal[i, 2] - vector[2] * normal[i, 1])
+            moment[1] -= mass * pushed / period * (vector[2] * normal[i, 0] - vector[0] * normal[i, 2])
+            moment[2] -= mass * pushed / period * (vector[0] * normal[i, 1] - vector[1] * normal[i, 0])
         for i in range(1, n + 1):
             size = 0.0
             for r in range(3):
@@ -206,7 +206,7 @@ def pull_chain(  # noqa: PLR0912, PLR0915, PLR0917
                 growth += along[i, r] * (free[i, r] - free[i - 1, r])
             spring, damper = (stiffness_n_m, damping_n_s_m) if i == n else (LINK_N_M, LINK_N_M * LINK_S)
             ease = 1.0 / (spring * h + damper)
-            wanted[i - 1] = growth + spring * ease * (size - nodes[i, NODE_M])
+            desired[i - 1] = growth + spring * ease * (size - nodes[i, NODE_M])
             diagonal[i - 1] = ease
         for i in range(1, n + 1):  # what node i adds: to its own link and the next
             mass = nodes[i, NODE_KG]
@@ -220,25 +220,25 @@ def pull_chain(  # noqa: PLR0912, PLR0915, PLR0917
             if i < n:
                 diagonal[i] += h * (1.0 - held[i] * nxt * nxt) / mass
                 beside[i - 1] = -h * (both - held[i] * own * nxt) / mass
-        _tensions(diagonal, beside, wanted, pull_n)
+        _tensions(diagonal, beside, desired, pull_n)
         for i in range(1, n + 1):
             mass, across = nodes[i, NODE_KG], 0.0
             for r in range(3):
-                way[r] = -pull_n[i - 1] * along[i, r] + (pull_n[i] * along[i + 1, r] if i < n else 0.0)
-                across += way[r] * normal[i, r]
+                vector[r] = -pull_n[i - 1] * along[i, r] + (pull_n[i] * along[i + 1, r] if i < n else 0.0)
+                across += vector[r] * normal[i, r]
             across *= held[i]
             for r in range(3):
                 pushed = across * normal[i, r]
-                nodes[i, NODE_SPEED + r] = free[i, r] + h / mass * (way[r] - pushed)
-                way[r] = nodes[i, NODE + r] - nodes[0, NODE + r]
+                nodes[i, NODE_SPEED + r] = free[i, r] + h / mass * (vector[r] - pushed)
+                vector[r] = nodes[i, NODE + r] - nodes[0, NODE + r]
                 nodes[i, NODE + r] += h * nodes[i, NODE_SPEED + r]
             if across != 0.0:  # the cup holds so much of the links' forces
-                share = across * h / period
+                fraction = across * h / period
                 for r in range(3):
-                    pulled[REACTION + r] += share * normal[i, r]
-                moment[0] += share * (way[1] * normal[i, 2] - way[2] * normal[i, 1])
-                moment[1] += share * (way[2] * normal[i, 0] - way[0] * normal[i, 2])
-                moment[2] += share * (way[0] * normal[i, 1] - way[1] * normal[i, 0])
+                    pulled[REACTION + r] += fraction * normal[i, r]
+                moment[0] += fraction * (vector[1] * normal[i, 2] - vector[2] * normal[i, 1])
+                moment[1] += fraction * (vector[2] * normal[i, 0] - vector[0] * normal[i, 2])
+                moment[2] += fraction * (vector[0] * normal[i, 1] - vector[1] * normal[i, 0])
         for r in range(3):
             mean_n[r] -= pull_n[n - 1] * along[n, r] * h / period
             pulled[REACTION + r] += pull_n[0] * along[1, r] * h / period
@@ -254,11 +254,11 @@ def pull_chain(  # noqa: PLR0912, PLR0915, PLR0917
         pulled[r], force[r] = given - force[r], given
     # a loose end tugs at the ball too
     pulled[TENSION] = math.sqrt(size) if stretched and size > chain[CHAIN_SLACK] * chain[CHAIN_SLACK] else 0.0
-    way[0] = pulled[REACTION + 1] * moment[2] - pulled[REACTION + 2] * moment[1]
-    way[1] = pulled[REACTION + 2] * moment[0] - pulled[REACTION] * moment[2]
-    way[2] = pulled[REACTION] * moment[1] - pulled[REACTION + 1] * moment[0]
-    far = math.sqrt(way[0] ** 2 + way[1] ** 2 + way[2] ** 2)
-    share = 0.0 if square < 1e-12 else 1.0 / max(square, far / (2.0 * reach))
+    vector[0] = pulled[REACTION + 1] * moment[2] - pulled[REACTION + 2] * moment[1]
+    vector[1] = pulled[REACTION + 2] * moment[0] - pulled[REACTION] * moment[2]
+    vector[2] = pulled[REACTION] * moment[1] - pulled[REACTION + 1] * moment[0]
+    far = math.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+    fraction = 0.0 if square < 1e-12 else 1.0 / max(square, far / (2.0 * reach))
     for r in range(3):
-        pulled[PIVOT + r] = tie_m[r] + share * way[r]
+        pulled[PIVOT + r] = tie_m[r] + fraction * vector[r]
     return True

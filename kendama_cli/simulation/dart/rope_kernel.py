@@ -40,8 +40,8 @@ def _between(end: Array, first: int, start: Array) -> tuple[float, float, float]
 
 
 @compiled
-def _over(way: tuple[float, float, float], length: float) -> tuple[float, float, float]:
-    return way[0] / length, way[1] / length, way[2] / length
+def _over(path: tuple[float, float, float], length: float) -> tuple[float, float, float]:
+    return path[0] / length, path[1] / length, path[2] / length
 
 
 @compiled

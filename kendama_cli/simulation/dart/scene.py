@@ -82,22 +82,22 @@ def check_clear(scene: SceneSettings, base_m: Array, tool_m: Array, tool_radius_
         for what, point, radius in points:
             inside_m = depth_m(body, point) + radius
             if inside_m > CLEARANCE_M:
-                place = f"[{', '.join(f'{value:.3f}' for value in point)}]"
+                position = f"[{', '.join(f'{value:.3f}' for value in point)}]"
                 raise ConfigError(
                     f"scene.bodies[{index}]",
                     f"'scene.bodies[{index}]' ({body.name}) overlaps with {what} by {1e3 * inside_m:.0f} mm "
-                    f"at {place} m; move the body, or the arm (robot.base_position_m, robot.home_rad)",
+                    f"at {position} m; move the body, or the arm (robot.base_position_m, robot.home_rad)",
                 )
 
 
 def _check_stiffness(key: str, body: SprungBody, step_s: float) -> None:
     """Raise ConfigError where w^2 dt^2 + 2 zeta w dt > 1: explicit springs are unstable from 2 to 4 on."""
-    most = body.mass_kg * ((math.hypot(body.damping_ratio, 1.0) - body.damping_ratio) / step_s) ** 2
-    if body.stiffness_n_m > most:
+    maximum = body.mass_kg * ((math.hypot(body.damping_ratio, 1.0) - body.damping_ratio) / step_s) ** 2
+    if body.stiffness_n_m > maximum:
         raise ConfigError(
             key,
-            f"'{key}' is {body.stiffness_n_m} for {body.name} of {body.mass_kg} kg; allowed: up to {most:.4g} at steps "
-            f"of {step_s} s, or make the body heavier, or static",
+            f"'{key}' is {body.stiffness_n_m} for {body.name} of {body.mass_kg} kg; allowed: up to {maximum:.4g} at "
+            f"steps of {step_s} s, or make the body heavier, or static",
         )
 
 
@@ -109,11 +109,11 @@ def _make(skeleton: Any, body: SceneBody) -> Any:
     else:
         joint, made = skeleton.createFreeJointAndBodyNodePair()
     made.setName(body.name)
-    place = dartpy.math.Isometry3()
-    place.set_rotation(matrix_of(body.rotation_wxyz))
-    place.set_translation(np.array(body.position_m))
+    pose = dartpy.math.Isometry3()
+    pose.set_rotation(matrix_of(body.rotation_wxyz))
+    pose.set_translation(np.array(body.position_m))
     # the place goes into the joint, whose positions are then 0 where the body was put
-    joint.setTransformFromParentBodyNode(place)
+    joint.setTransformFromParentBodyNode(pose)
     shape = _shape(body)
     node = made.createShapeNode(shape)
     node.setName(f"scene {body.name}")

@@ -38,10 +38,10 @@ def _distance(point: Array, start: Array, end: Array) -> float:
     for r in range(3):
         along += (point[r] - start[r]) * (end[r] - start[r])
         square += (end[r] - start[r]) ** 2
-    share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+    fraction = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
     gap = 0.0
     for r in range(3):
-        gap += (point[r] - start[r] - share * (end[r] - start[r])) ** 2
+        gap += (point[r] - start[r] - fraction * (end[r] - start[r])) ** 2
     return math.sqrt(gap)
 
 

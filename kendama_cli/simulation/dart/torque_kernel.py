@@ -50,17 +50,17 @@ def computed_torque(  # noqa: PLR0917
     """
     kp, kd, period = gains
     n = torque.size
-    errors, wanted = np.empty(n), np.empty(n)
+    errors, desired = np.empty(n), np.empty(n)
     for i in range(n):
         errors[i] = kd * (state[MEAN, i] - velocity_rad_s[i])
         errors[i] += kp * (state[POSITION, i] - position_rad[i] - noise[i])
-    answer = LIMITED if follow(position, velocity, acceleration, state, limits, period, wanted) else FINE
+    answer = LIMITED if follow(position, velocity, acceleration, state, limits, period, desired) else FINE
     for i in range(n):
-        wanted[i] += errors[i]
+        desired[i] += errors[i]
     for i in range(n):
         torque[i] = bias[i]
         for j in range(n):
-            torque[i] += inertia[i, j] * wanted[j]
+            torque[i] += inertia[i, j] * desired[j]
         if not math.isfinite(torque[i] + position[i] + velocity[i] + acceleration[i]):
             torque[i] = math.nan
             answer |= NOT_FINITE
@@ -202,7 +202,7 @@ def held(  # noqa: PLR0912, PLR0917
         free = speed[i] * diagonal[i] + period * load[i]
         if abs(free) > period * level[i]:
             side[i] = -1 if free > 0.0 else 1
-    most, patience = n + 1, 3
+    maximum, patience = n + 1, 3
     for _ in range(MOST_PIVOTS):
         resting = 0
         for i in range(n):
@@ -241,8 +241,8 @@ def held(  # noqa: PLR0912, PLR0917
             wrong += side[i] * after[i] > 0.0
         if wrong == 0:
             return True
-        patience = 3 if wrong < most else patience - 1
-        most = min(most, wrong)
+        patience = 3 if wrong < maximum else patience - 1
+        maximum = min(maximum, wrong)
         for i in range(n):
             if side[i] == 0 and abs(friction[i]) > level[i]:
                 side[i] = 1 if friction[i] > 0.0 else -1

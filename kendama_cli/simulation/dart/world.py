@@ -45,30 +45,30 @@ def attach_links(body: Body, arm: RobotModel, cup: CupSettings) -> None:
     The handle ends at the cup's wall. Parts of the arm do not touch each other.
     """
     body.skeleton.setPositions(arm.home_rad)
-    places = arm.joint_places_m(arm.home_rad)
+    positions = arm.joint_places_m(arm.home_rad)
     links = [joint.getChildBodyNode() for joint in body.joints]
-    for link, radius, (start, end) in zip(links, arm.link_radius_m, pairwise(places), strict=True):
+    for link, radius, (start, end) in zip(links, arm.link_radius_m, pairwise(positions), strict=True):
         _attach_capsule(link, start, end, float(radius))
-    handle = arm.tool_place_m(arm.home_rad) - places[-1]
+    handle = arm.tool_place_m(arm.home_rad) - positions[-1]
     length = float(np.linalg.norm(handle))
     short = max(length - cup.radius_m - cup.wall_m - HANDLE_RADIUS_M, 0.0)
     if length > SHORTEST_M:
-        _attach_capsule(body.tip, places[-1], places[-1] + handle * (short / length), HANDLE_RADIUS_M)
+        _attach_capsule(body.tip, positions[-1], positions[-1] + handle * (short / length), HANDLE_RADIUS_M)
 
 
 def _attach_capsule(link: Any, start_m: Array, end_m: Array, radius_m: float) -> None:
     """Attach a capsule between two points of the world to ``link`` at its present pose."""
-    way = end_m - start_m
-    length = float(np.linalg.norm(way))
+    path = end_m - start_m
+    length = float(np.linalg.norm(path))
     if length < SHORTEST_M:
         return
-    place = dartpy.math.Isometry3()
-    place.set_rotation(frame_along(way / length))
-    place.set_translation((start_m + end_m) / 2)
+    pose = dartpy.math.Isometry3()
+    pose.set_rotation(frame_along(path / length))
+    pose.set_translation((start_m + end_m) / 2)
     node = link.createShapeNode(dartpy.dynamics.CapsuleShape(radius_m, length))
     node.createCollisionAspect()
     node.createDynamicsAspect()
-    node.setRelativeTransform(link.getWorldTransform().inverse().multiply(place))
+    node.setRelativeTransform(link.getWorldTransform().inverse().multiply(pose))
 
 
 __all__ = ["NO_SCENE", "STEP_S", "ArmWorld"]
@@ -106,12 +106,12 @@ class ArmWorld:
         self._control = JointControl(arm, self.body, ArmDynamics(arm, game, links=links), STEP_S)
         self._ball = TetheredBall(game, self.body) if game is not None else None
         self._sensor = None if isinstance(task, GameSettings) else _sensor(task, arm, self.body, scene)
-        worlds = WorldPair(task.gravity_m_s2, exact_friction=game is None)
-        worlds.add(self._skeleton)
+        pair = WorldPair(task.gravity_m_s2, exact_friction=game is None)
+        pair.add(self._skeleton)
         if self._ball is not None:
-            worlds.add(self._ball.skeleton)
-        self.scene = Scene(worlds.touching, scene)
-        self._stepper = Stepper(worlds, self._control, self.scene, self._ball, self._sensor)
+            pair.add(self._ball.skeleton)
+        self.scene = Scene(pair.touching, scene)
+        self._stepper = Stepper(pair, self._control, self.scene, self._ball, self._sensor)
         self._start_m = 0.0
         self.reset(arm.home_rad)
 

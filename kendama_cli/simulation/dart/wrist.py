@@ -29,9 +29,9 @@ def wrist_wrench(body: Body, world: Any) -> Array:
     body.skeleton.computeInverseDynamics(True, False, False)
     held = np.array(tool.getBodyForce())
     body.skeleton.clearExternalForces()
-    turn, at = body.tool_in_tip.rotation(), body.tool_in_tip.translation()
-    force = turn @ held[3:]
-    return -np.concatenate([force, turn @ held[:3] + cross(at, force)])
+    rotation, at = body.tool_in_tip.rotation(), body.tool_in_tip.translation()
+    force = rotation @ held[3:]
+    return -np.concatenate([force, rotation @ held[:3] + cross(at, force)])
 
 
 class ContactSensor:
@@ -81,12 +81,12 @@ def task_state(arm: RobotModel, position_rad: Array, velocity_rad_s: Array, felt
     body = arm.posed(position_rad, velocity_rad_s)
     tool, skeleton = body.cup, body.skeleton
     jacobian, rate = skeleton.getWorldJacobian(tool), skeleton.getJacobianClassicDeriv(tool)
-    place = tool.getWorldTransform()
+    pose = tool.getWorldTransform()
     return TaskState(
         position_rad=position_rad,
         velocity_rad_s=velocity_rad_s,
-        tool_m=np.array(place.translation()),
-        tool_rotation=np.array(place.rotation()),
+        tool_m=np.array(pose.translation()),
+        tool_rotation=np.array(pose.rotation()),
         jacobian=np.vstack([jacobian[3:], jacobian[:3]]),
         jacobian_rate=np.vstack([rate[3:], rate[:3]]),
         inertia=skeleton.getMassMatrix() + np.diag(arm.rotor_inertia_kg_m2),

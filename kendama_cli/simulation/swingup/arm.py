@@ -84,8 +84,8 @@ class ArmSwing:
         world.reset(point.position_rad, point.velocity_rad_s)
         ball = self._stretched.ball(state.angle_rad, state.rate_rad_s)
         x, y, z = world.ball.tie_m.tolist()
-        place = [x + ball.across_m, y, z + ball.above_m]
-        world.ball.put(place, [state.velocity_m_s + ball.across_m_s, 0.0, ball.above_m_s])
+        position = [x + ball.across_m, y, z + ball.above_m]
+        world.ball.put(position, [state.velocity_m_s + ball.across_m_s, 0.0, ball.above_m_s])
         self._read()
 
     def step(self, acceleration_m_s2: float) -> None:

@@ -150,9 +150,9 @@ class _Search:
         across, above = swings[:, 1] - swings[:, 0], swings[:, 2]
         across_m_s, above_m_s = swings[:, 4] - swings[:, 3], swings[:, 5]
         energy = self._gravity * above + 0.5 * (across_m_s**2 + above_m_s**2)
-        places = np.stack([swings[:, 0], swings[:, 3], np.arctan2(across, -above)], axis=1) / (fineness * CELL)
-        turns = np.sign(across * above_m_s - above * across_m_s)
-        columns = [*np.floor(places + 0.5).T, turns, tallies[:, kernel.HALF_SWINGS]]
+        coordinates = np.stack([swings[:, 0], swings[:, 3], np.arctan2(across, -above)], axis=1) / (fineness * CELL)
+        directions = np.sign(across * above_m_s - above * across_m_s)
+        columns = [*np.floor(coordinates + 0.5).T, directions, tallies[:, kernel.HALF_SWINGS]]
         code = np.zeros(len(swings))
         for column in columns:
             code = code * 1024.0 + column

@@ -114,11 +114,11 @@ class SwingUpEnvironment:
             if t_s >= look_s:
                 angle = rope_angle(swing.across_m, swing.above_m) + noise.angle_rad[k]
                 reading = SwingState(swing.x_m, swing.velocity_m_s, angle, rate(swing) + noise.rate_rad_s[k])
-                wanted, next_look_s = yield reading, t_s
+                desired, next_look_s = yield reading, t_s
                 gain = given[1]
                 if next_look_s != look_s:
                     look_s, gain, decisions = next_look_s, noise.gain[decisions], decisions + 1
-                given = (wanted, gain)
+                given = (desired, gain)
             coming.append(given)
             acceleration, gain = coming.popleft()
             sent = limit(acceleration, *swing.reference) * gain

@@ -24,10 +24,10 @@ class Release:
     """Watcher of one rollout: told every step, it says when the swing-up is over, by the true state and rope."""
 
     def __init__(self, settings: LearnSettings, goal: Goal) -> None:
-        wanted = settings.goal
+        desired = settings.goal
         self._goal = goal
-        self._caught = wanted.success == "caught"
-        self._steps = max(1, round(wanted.slack_s / settings.step_s))
+        self._caught = desired.success == "caught"
+        self._steps = max(1, round(desired.slack_s / settings.step_s))
         self._slack = 0
         self._lowest = 0.0 if goal.window.nearest_rad >= 0.5 * math.pi else -math.inf
 
@@ -54,7 +54,7 @@ def fly(
     touches nothing.
     """
     radius_m = game.ball.radius_m
-    flight, largest, step_s = Flight.of(game), settings.goal.catch_acceleration_m_s2, settings.step_s
+    flight, maximum, step_s = Flight.of(game), settings.goal.catch_acceleration_m_s2, settings.step_s
     limit = catch_limiter(settings).limit
     edge_m = settings.workspace.half_width_m if settings.workspace.kind == "terminate" else math.inf
     steps, at_rim = 0, None
@@ -62,7 +62,7 @@ def fly(
     def advance(wanted_m_s2: float) -> None:
         nonlocal steps, at_rim
         before = swing.across_m, 0.0, swing.above_m - flight.rim_m
-        sent = limit(max(-largest, min(largest, wanted_m_s2)), *swing.reference)
+        sent = limit(max(-maximum, min(maximum, wanted_m_s2)), *swing.reference)
         swing.step(sent)
         now = swing.across_m, 0.0, swing.above_m - flight.rim_m
         if at_rim is None and falls(before[2] - radius_m, now[2] - radius_m):

@@ -225,10 +225,10 @@ class CompiledRollouts:
         reading[2] += errors[0, 0]
         reading[3] += errors[1, 0]
         k, decisions, end, delay = 0, 0, kernel.DUE, noise.delay_steps
-        wanted, gain = 0.0, 1.0
+        desired, gain = 0.0, 1.0
         while end == kernel.DUE:
-            before, gain_before = wanted, gain
-            wanted = float(actor.act(SwingState(*reading.tolist()), k * step_s))
+            before, gain_before = desired, gain
+            desired = float(actor.act(SwingState(*reading.tolist()), k * step_s))
             gain, decisions = float(noise.gain[decisions]), decisions + 1
             k, end = kernel.hold(
                 s,
@@ -236,7 +236,7 @@ class CompiledRollouts:
                 reading,
                 errors,
                 k,
-                wanted,
+                desired,
                 gain,
                 before,
                 gain_before,

@@ -127,8 +127,8 @@ def _moved(s: Moment, command: float, p: Physics) -> Moment:
     around, up, used = pivot(law.cup, abs(across), ball_z)
     way_x, way_z = across - math.copysign(around, across), ball_z - up
     left = math.sqrt(way_x * way_x + way_z * way_z)
-    pull = tension_n(law, used, left, way_x * across_rate + way_z * ball_vz)
-    k = -pull / left if pull > 0.0 else 0.0
+    tension = tension_n(law, used, left, way_x * across_rate + way_z * ball_vz)
+    k = -tension / left if tension > 0.0 else 0.0
     rope_x, rope_z = k * way_x, k * way_z
     push_x += rope_x
     push_z += rope_z
@@ -267,9 +267,9 @@ def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> i
         found = landing(s[0], s[3], _ball(s), p.rim_m, p.gravity_m_s2)
         if found.time_s <= 0.5 * p.step_s:
             break
-        wanted = found.acceleration_m_s2
-        wanted = max(-largest_m_s2, min(largest_m_s2, wanted))
-        step(s, _limited(wanted, s, p, w), p)
+        desired = found.acceleration_m_s2
+        desired = max(-largest_m_s2, min(largest_m_s2, desired))
+        step(s, _limited(desired, s, p, w), p)
         steps += 1
     return steps
 

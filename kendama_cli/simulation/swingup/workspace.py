@@ -13,13 +13,13 @@ from kendama_cli.settings.game import GameSettings
 def limiter(settings: LearnSettings) -> BrakingLimiter:
     """Keep position and velocity within ``learn.workspace``; if leaving ends the rollout, the velocity alone."""
     workspace = settings.workspace
-    largest = max(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)
+    maximum = max(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)
     limited = isinstance(workspace, LimitedWorkspace)
     return BrakingLimiter(
         half_width_m=workspace.half_width_m if limited else math.inf,
         max_speed_m_s=workspace.max_speed_m_s,
-        braking_m_s2=workspace.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else largest,
-        largest_m_s2=largest,
+        braking_m_s2=workspace.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else maximum,
+        largest_m_s2=maximum,
         period_s=settings.step_s,
     )
 

@@ -50,15 +50,15 @@ def policy_search(log: StageLog) -> Panel | None:
         axes.set_ylim(bottom=0)
         proofs = log.table("/adapt/evaluation", AdaptEvaluationMessage)
         if len(proofs):
-            share = axes.twinx()
-            shares = proofs.groupby("rollouts")["caught"].mean()
-            after = shares.index.to_numpy(np.float64) + 0.5
-            share.bar(
-                after, 100 * shares.to_numpy(np.float64), width=0.5, color=BALL, alpha=0.5, label="repeats caught"
+            right = axes.twinx()
+            fractions = proofs.groupby("rollouts")["caught"].mean()
+            after = fractions.index.to_numpy(np.float64) + 0.5
+            right.bar(
+                after, 100 * fractions.to_numpy(np.float64), width=0.5, color=BALL, alpha=0.5, label="repeats caught"
             )
-            share.set_ylim(0, 105)
-            share.set_ylabel("repeats caught [%]", color=INK)
-            share.grid(visible=False)
+            right.set_ylim(0, 105)
+            right.set_ylabel("repeats caught [%]", color=INK)
+            right.grid(visible=False)
         legend_above(axes)
     return Panel("The search for the motion's shape", made.svg)
 

@@ -49,15 +49,15 @@ def adaptation_table(runs: Ensemble) -> str:
     for group in runs.groups:
         tau, rollouts = group.figures("tau_scale"), group.figures("rollouts")
         caught = np.concatenate([_caught(member.log) for member in group.members])
-        share = EMPTY
+        fraction = EMPTY
         if len(caught):
             between = success_interval(int(caught.sum()), len(caught))
-            share = percent(float(caught.mean()), f"{100 * between.low:.1f} … {100 * between.high:.1f}")
+            fraction = percent(float(caught.mean()), f"{100 * between.low:.1f} … {100 * between.high:.1f}")
         cells = [
             with_interval(float(values.mean()), bootstrap(values, np.mean)) if len(values) else EMPTY
             for values in (tau, rollouts)
         ]
-        rows.append([Cell(group.label), Cell(str(len(group.members))), *cells, Cell(str(len(caught))), share])
+        rows.append([Cell(group.label), Cell(str(len(group.members))), *cells, Cell(str(len(caught))), fraction])
     head = [runs.differs, "logs", "tau", "rollouts", "repeats", "caught"]
     note = "Below means their 95 % bootstrap interval over the runs, below shares the exact one over all repeats."
     return f'<h3>What each comes to</h3>{grid(head, rows)}<p class="note">{note}</p>'
@@ -130,8 +130,8 @@ def _repeats(groups: Sequence[Group]) -> Panel | None:
     with drawing("compare-repeats", "Misses of the perturbed repeats", height_in=3.4) as made:
         axes = made.axes()[0]
         for misses, group, colour in zip(found, groups, _colours(groups), strict=True):
-            share = (np.arange(len(misses)) + 1.0) / max(1, len(misses))
-            axes.step(np.sort(misses), share, where="post", color=colour, lw=1.4, label=group.legend)
+            fraction = (np.arange(len(misses)) + 1.0) / max(1, len(misses))
+            axes.step(np.sort(misses), fraction, where="post", color=colour, lw=1.4, label=group.legend)
         axes.set_ylim(0, 1.02)
         axes.set_xlabel("miss [mm]")
         axes.set_ylabel("share of repeats")
@@ -151,7 +151,7 @@ def _caught(log: StageLog) -> Array:
 
 
 def _colours(groups: Sequence[Group]) -> list[str]:
-    return [SERIES[place % len(SERIES)] for place in range(len(groups))]
+    return [SERIES[index % len(SERIES)] for index in range(len(groups))]
 
 
 CHAPTER = EnsembleChapter(

@@ -102,9 +102,9 @@ def log_chosen(
         ctx.log.write("/adapt/joints", t_s, states)
         if number % LINKS_EVERY == 0:
             ctx.log.write("/adapt/links", t_s, scene.frames(position))
-    turns = [quaternion_of(cup_frame(tuple(axis))) for axis in (trace.cup_axis @ back).tolist()]
+    rotations = [quaternion_of(cup_frame(tuple(axis))) for axis in (trace.cup_axis @ back).tolist()]
     for child, positions_m in (("cup", trace.cup_m), ("ball", trace.ball_m), ("reference", reference_m)):
-        for t_s, position_m, turn in zip(trace.t_s.tolist(), positions_m @ back, turns, strict=True):
+        for t_s, position_m, turn in zip(trace.t_s.tolist(), positions_m @ back, rotations, strict=True):
             rotation = turn if child == "cup" else UPRIGHT_WXYZ
             ctx.log.write(f"/adapt/{child}", t_s, FrameTransform(WORLD, child, position_m, rotation))
 

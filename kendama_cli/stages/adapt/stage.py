@@ -109,8 +109,8 @@ def _placed(
 def _require_playable(family: CatchFamily, settings: AdaptSettings, robot: RobotSettings) -> None:
     """Raise StageError if no size that is searched can be played at all; a smaller one may be."""
     sizes = (1.0, *settings.amplitudes) if settings.search == "tau" else (1.0,)
-    most = settings.tau_range[1]
-    if any(family.lowest_tau(size) <= most for size in sizes):
+    maximum = settings.tau_range[1]
+    if any(family.lowest_tau(size) <= maximum for size in sizes):
         return
     swing = family.swing(MotionVariation(1.0))  # out of reach: says so
     given = settings.placement == "fixed"
@@ -118,7 +118,7 @@ def _require_playable(family: CatchFamily, settings: AdaptSettings, robot: Robot
     raise StageError(
         f"the motion would have to be {swing.least_tau_scale():.2f} times slower for {robot.name}, whose "
         f"{swing.limiting_joint()} stands in the way; "
-        f"allowed: tau_scale up to {most}: raise adapt.tau_range, make it smaller (adapt.swing_scale), or "
+        f"allowed: tau_scale up to {maximum}: raise adapt.tau_range, make it smaller (adapt.swing_scale), or "
         f"{otherwise}"
     )
 

@@ -104,8 +104,8 @@ def _paths(log: StageLog) -> dict[str, tuple[Array, Array]]:
     for name in ("reference", "before", "after"):
         table = log.table(f"/identify/tracking/{name}", FrameTransform)
         if len(table) > 1:
-            places = table[_PLACE].to_numpy(np.float64)
-            found[name] = (table["t_s"].to_numpy(np.float64) + (late_s if name == "reference" else 0.0), places)
+            positions = table[_PLACE].to_numpy(np.float64)
+            found[name] = (table["t_s"].to_numpy(np.float64) + (late_s if name == "reference" else 0.0), positions)
     return found
 
 
@@ -113,14 +113,14 @@ def _circle(log: StageLog) -> Panel | None:
     paths = _paths(log)
     if len(paths) < 2 or "reference" not in paths:
         return None
-    wanted = paths["reference"]
-    home = wanted[1][0]
+    desired = paths["reference"]
+    home = desired[1][0]
     with drawing("identify-circle", "Path of the cup in the swing plane, errors enlarged", height_in=3.6) as made:
         axes = made.axes()[0]
-        axes.plot(*(1e3 * (wanted[1] - home)[:, [0, 2]]).T, color=MUTED, lw=1.0, label="meant")
+        axes.plot(*(1e3 * (desired[1] - home)[:, [0, 2]]).T, color=MUTED, lw=1.0, label="meant")
         for name, colour in (("before", BALL), ("after", GOOD)):
             if name in paths:
-                meant = columns_at(paths[name][0], *wanted)
+                meant = columns_at(paths[name][0], *desired)
                 shown = meant + ENLARGED * (paths[name][1] - meant) - home
                 axes.plot(*(1e3 * shown[:, [0, 2]]).T, color=colour, lw=1.1, label=f"{name} (error × {ENLARGED})")
         axes.set_xlabel("x [mm]")

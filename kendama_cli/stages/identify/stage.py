@@ -149,9 +149,9 @@ def _log_friction(ctx: StageContext, samples: FrictionSamples, model: FrictionMo
 def _log_paths(ctx: StageContext, tracked: Mapping[str, TrackedPath]) -> None:
     paths: dict[str, Array] = {"reference": tracked["after"].wanted_m}
     paths |= {name: path.reached_m for name, path in tracked.items()}
-    for name, places in paths.items():
-        for t_s, place in zip(tracked["after"].t_s, places, strict=True):
-            ctx.log.write(f"/identify/tracking/{name}", float(t_s), FrameTransform("world", "cup", place))
+    for name, positions in paths.items():
+        for t_s, position in zip(tracked["after"].t_s, positions, strict=True):
+            ctx.log.write(f"/identify/tracking/{name}", float(t_s), FrameTransform("world", "cup", position))
 
 
 def _metrics(model: FrictionModel, tracked: Mapping[str, TrackedPath], speed_m_s: float) -> dict[str, Metric]:

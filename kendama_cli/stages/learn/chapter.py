@@ -133,9 +133,9 @@ def _table(log: StageLog) -> Panel | None:
         )
         for line in range(rates, len(best), rates):
             axes.axhline(line, color=PAPER, lw=1.4 if line % (rates * velocities) else 3.0)
-        middle = [rates * (block + 0.5) for block in range(positions * velocities)]
+        centers = [rates * (block + 0.5) for block in range(positions * velocities)]
         names = [f"x{block // velocities + 1}, v{block % velocities + 1}" for block in range(positions * velocities)]
-        axes.set_yticks(middle, names)
+        axes.set_yticks(centers, names)
         axes.set_xticks([-180, -90, 0, 90])
         axes.grid(visible=False)
         axes.set_xlabel("angle of the ball [°]")

@@ -120,7 +120,7 @@ def _learned(groups: Sequence[Group]) -> Panel | None:
         return None
     with drawing("sweep-learned", "Share of seeds solved over rollouts", height_in=3.2) as made:
         axes = made.axes()[0]
-        most = max(float(group.figures("rollouts_to_solved").max()) for group in groups)
+        maximum = max(float(group.figures("rollouts_to_solved").max()) for group in groups)
         for group, colour in zip(groups, _colours(groups), strict=True):
             values = np.sort(
                 [
@@ -130,17 +130,17 @@ def _learned(groups: Sequence[Group]) -> Panel | None:
                     and (value := member.figure("rollouts_to_solved")) is not None
                 ]
             )
-            share = np.arange(1, len(values) + 1) / len(group.members)
-            end = share[-1] if len(share) else 0.0
-            at, height = [0, *values, most * 1.04], [0, *share, end]
+            fraction = np.arange(1, len(values) + 1) / len(group.members)
+            end = fraction[-1] if len(fraction) else 0.0
+            at, height = [0, *values, maximum * 1.04], [0, *fraction, end]
             axes.step(at, height, where="post", color=colour, lw=1.5, label=group.legend)
         smallest = min(float(group.figures("rollouts_to_solved").min()) for group in groups)
-        if most > 30 * max(1.0, smallest):
+        if maximum > 30 * max(1.0, smallest):
             axes.set_xscale("symlog", linthresh=10)
             axes.xaxis.set_major_formatter("{x:g}")
         else:
             axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        axes.set_xlim(0, most * 1.04)
+        axes.set_xlim(0, maximum * 1.04)
         axes.set_ylim(0, 1.02)
         axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
         axes.set_xlabel("rollouts to solved")
@@ -156,8 +156,8 @@ def _frozen(groups: Sequence[Group]) -> Panel | None:
     with drawing("sweep-frozen", "Catches of the frozen policies", height_in=2.6, width_in=3.4) as made:
         axes = made.axes()[0]
         for rates, colour in zip(found, _colours(groups), strict=True):
-            share = (np.arange(len(rates)) + 0.5) / max(1, len(rates))
-            axes.plot(share, rates, ".-", color=colour, lw=1.0, ms=3.5)
+            fraction = (np.arange(len(rates)) + 0.5) / max(1, len(rates))
+            axes.plot(fraction, rates, ".-", color=colour, lw=1.0, ms=3.5)
         lowest = min(float(rates.min()) for rates in found if len(rates))
         axes.set_ylim(min(0.9, lowest - 0.02), 1.005)
         for axis in (axes.xaxis, axes.yaxis):
@@ -174,9 +174,9 @@ def _swings(groups: Sequence[Group]) -> Panel | None:
     with drawing("sweep-swings", "Half-swings to the goal", height_in=2.6, width_in=3.4) as made:
         axes = made.axes()[0]
         width = 0.8 / len(groups)
-        for place, (swings, colour) in enumerate(zip(found, _colours(groups), strict=True)):
+        for row, (swings, colour) in enumerate(zip(found, _colours(groups), strict=True)):
             kinds, counts = np.unique(np.round(swings), return_counts=True)
-            axes.bar(kinds + width * (place - (len(groups) - 1) / 2), counts, 0.9 * width, color=colour, lw=0)
+            axes.bar(kinds + width * (row - (len(groups) - 1) / 2), counts, 0.9 * width, color=colour, lw=0)
         rounded = np.round(np.concatenate(found))
         axes.set_xlim(rounded.min() - 1.5, rounded.max() + 1.5)
         axes.xaxis.set_major_locator(MultipleLocator(1))
@@ -209,7 +209,7 @@ def _times(groups: Sequence[Group]) -> Panel | None:
 
 
 def _colours(groups: Sequence[Group]) -> list[str]:
-    return [SERIES[place % len(SERIES)] for place in range(len(groups))]
+    return [SERIES[index % len(SERIES)] for index in range(len(groups))]
 
 
 def _legend(axes: Axes, groups: Sequence[Group]) -> None:

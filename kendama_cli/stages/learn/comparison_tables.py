@@ -78,15 +78,15 @@ def _quality(group: Group) -> list[Cell]:
     caught = group.figures("frozen_caught_rate")
     rates = ((member.figure("frozen_caught_rate"), member.seed) for member in group.members)
     worst = min(((rate, seed) for rate, seed in rates if rate is not None), default=None)
-    least, peak = group.figures("best_found_s"), group.figures("peak_displacement_m")
-    middle = {name: _median(group.figures(name)) for name in ("half_swings", "time_to_goal_s")}
+    soonest, peak = group.figures("best_found_s"), group.figures("peak_displacement_m")
+    medians = {name: _median(group.figures(name)) for name in ("half_swings", "time_to_goal_s")}
     return [
         Cell(group.label),
         percent(float(caught.mean()), _span(bootstrap(caught, np.mean))) if len(caught) else EMPTY,
         EMPTY if worst is None else percent(worst[0], f"seed {worst[1]}" if worst[1] else ""),
-        Cell(quantity(middle["half_swings"])),
-        Cell(quantity(middle["time_to_goal_s"], unit="s")),
-        Cell(quantity(_median(least), unit="s")),
+        Cell(quantity(medians["half_swings"])),
+        Cell(quantity(medians["time_to_goal_s"], unit="s")),
+        Cell(quantity(_median(soonest), unit="s")),
         Cell(quantity(float(peak.max()) if len(peak) else None, unit="m")),
     ]
 

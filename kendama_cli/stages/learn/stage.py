@@ -132,13 +132,13 @@ class Learn:
             _log_table(frozen_policy.table, learner.count.rollouts, progress, ctx)
 
     def _evaluate(self, frozen: FrozenRollouts, learner: Learner, progress: LearnProgress, ctx: StageContext) -> None:
-        policy, noise_rng, wanted = learner.policy, ctx.rng("evaluation"), self._settings.count.evaluation_rollouts
-        while progress.evaluated < wanted:
-            progress.evaluated_on(frozen.evaluate(policy, noise_rng, at_most=wanted - progress.evaluated))
+        policy, noise_rng, desired = learner.policy, ctx.rng("evaluation"), self._settings.count.evaluation_rollouts
+        while progress.evaluated < desired:
+            progress.evaluated_on(frozen.evaluate(policy, noise_rng, at_most=desired - progress.evaluated))
             self._checkpoint(learner, progress, ctx)
             ctx.progress(
                 progress.evaluated,
-                wanted,
+                desired,
                 rollouts=learner.count.rollouts,
                 frozen_success_rate=progress.frozen_success_rate,
             )
@@ -205,8 +205,8 @@ def _log_step(
     state = environment.state()
     message = SwingStateMessage(**state._asdict(), action_m_s2=acceleration_m_s2, tension_n=swing.tension_n)
     ctx.log.write("/learn/step", t_s, message)
-    for child, place in (
+    for child, position in (
         ("cup", (swing.x_m, 0.0, 0.0)),
         ("ball", (swing.x_m + swing.across_m, 0.0, swing.above_m)),
     ):
-        ctx.log.write(f"/learn/{child}", t_s, FrameTransform("world", child, place))
+        ctx.log.write(f"/learn/{child}", t_s, FrameTransform("world", child, position))

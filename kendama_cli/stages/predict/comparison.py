@@ -63,10 +63,10 @@ def _panel(groups: Sequence[Group], pooled: Sequence[pd.DataFrame], column: str,
     unit = column.rsplit("_", 1)[1]
     with drawing(f"compare-{unit}", f"{title}: error against the horizon", height_in=3.2) as made:
         axes = made.axes()[0]
-        for place, (errors, group) in enumerate(zip(known, groups, strict=True)):
+        for index, (errors, group) in enumerate(zip(known, groups, strict=True)):
             if errors.empty:
                 continue
-            colour = SERIES[place % len(SERIES)]
+            colour = SERIES[index % len(SERIES)]
             spread = errors[column].abs().groupby(errors["horizon_ms"]).quantile(np.array([0.05, 0.5, 0.95])).unstack()
             at = spread.index.to_numpy(np.float64)
             axes.fill_between(at, spread[0.05], spread[0.95], color=colour, alpha=0.14, lw=0)

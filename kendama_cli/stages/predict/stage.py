@@ -151,8 +151,10 @@ class FlightStudy:
     def _stage(self) -> StagedFlight:
         release, timing, rng = self._settings.release, self._timing, self._ctx.rng("releases")
         lead_s = (release.taut_frames + 1) / timing.rate_hz
-        drawn = draw_release(rng, release, self._game, lead_s + 1 / timing.rate_hz + timing.exposure_s)
-        self._staged = StagedFlight(drawn, lead_s + float(rng.uniform(0, 1 / timing.rate_hz)), self._game.rope.length_m)
+        sampled = draw_release(rng, release, self._game, lead_s + 1 / timing.rate_hz + timing.exposure_s)
+        self._staged = StagedFlight(
+            sampled, lead_s + float(rng.uniform(0, 1 / timing.rate_hz)), self._game.rope.length_m
+        )
         self._loop.restart()
         return self._staged
 

@@ -93,18 +93,18 @@ class Rehearse:
         self, robot: Robot, joints: JointTrajectory, before: Array, ctx: StageContext
     ) -> tuple[list[Exchange], str]:
         played: list[Exchange] = []
-        total, most = len(joints.t_s), self._settings.max_tracking_error_rad
+        total, maximum = len(joints.t_s), self._settings.max_tracking_error_rad
         for k, command in enumerate(_commands(joints)):
             try:
                 exchange = robot.exchange(command)
                 _require_numbers(joints, exchange.state.position_rad)
                 played.append(exchange)
                 _log_exchange(ctx, joints, exchange)
-                j, behind = _worst(exchange.state.position_rad - exchange.sent.position_rad)
-                if behind > most:
-                    where = f"joint '{joints.joint_names[j]}' is {behind:.3f} rad from where it was sent"
+                j, tracking_error = _worst(exchange.state.position_rad - exchange.sent.position_rad)
+                if tracking_error > maximum:
+                    where = f"joint '{joints.joint_names[j]}' is {tracking_error:.3f} rad from where it was sent"
                     raise HardwareError(
-                        f"{where}; allowed: {most:g} (rehearse.max_tracking_error_rad); the arm was halted"
+                        f"{where}; allowed: {maximum:g} (rehearse.max_tracking_error_rad); the arm was halted"
                     )
             except HardwareError as error:
                 robot.halt()
@@ -112,14 +112,14 @@ class Rehearse:
                     raise
                 return played, str(error)
             if (k + 1) % PROGRESS_STEPS == 0 or k + 1 == total:
-                ctx.progress(k + 1, total, t_s=round(exchange.t_s, 2), behind_rad=round(behind, 4))
+                ctx.progress(k + 1, total, t_s=round(exchange.t_s, 2), behind_rad=round(tracking_error, 4))
         return played, ""
 
     def _made(self, joints: JointTrajectory, ghost: Array, played: list[Exchange], stopped: str) -> StageResult:
         k = len(played)
         sent = np.array([one.sent.position_rad for one in played])
         measured = np.array([one.state.position_rad for one in played])
-        behind, aside, limited = measured - sent, measured - ghost[:k], sent - joints.position_rad[:k]
+        tracking_error, deviation, limited = measured - sent, measured - ghost[:k], sent - joints.position_rad[:k]
         result = Rehearsal(
             joint_names=joints.joint_names,
             speed=self._settings.speed,
@@ -132,9 +132,9 @@ class Rehearse:
         metrics = {
             "speed": self._settings.speed,
             "completed": not stopped,
-            "tracking_error_rms_mrad": 1e3 * float(np.sqrt((behind**2).mean())),
-            "tracking_error_max_mrad": 1e3 * _worst(behind)[1],
-            "twin_deviation_max_mrad": 1e3 * _worst(aside)[1],
+            "tracking_error_rms_mrad": 1e3 * float(np.sqrt((tracking_error**2).mean())),
+            "tracking_error_max_mrad": 1e3 * _worst(tracking_error)[1],
+            "twin_deviation_max_mrad": 1e3 * _worst(deviation)[1],
             "played_s": float(result.t_s[-1]),
         }
         warnings = [f"the arm stopped after {result.t_s[-1]:.2f} s: {stopped}"] if stopped else []

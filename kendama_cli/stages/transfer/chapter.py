@@ -240,15 +240,15 @@ def _angles(t_s: Array, sent: Array, measured: Array, names: list[str]) -> Panel
 
 
 def _joints(whole: Tracking, names: list[str]) -> Panel:
-    place = np.arange(len(names))
+    index = np.arange(len(names))
     with drawing("transfer-tracking", "Delay and rms of each joint") as made:
         axes = made.axes()[0]
-        axes.bar(place, 1e3 * np.nan_to_num(whole.delay_s), color=CUP, alpha=0.35, width=0.6, label="delay")
+        axes.bar(index, 1e3 * np.nan_to_num(whole.delay_s), color=CUP, alpha=0.35, width=0.6, label="delay")
         axes.set_ylabel("delay [ms]")
-        axes.set_xticks(place, names, rotation=30, ha="right")
+        axes.set_xticks(index, names, rotation=30, ha="right")
         right = axes.twinx()
-        right.plot(place, 1e3 * whole.rms_rad, "o", mfc="none", color=SERIES[1], label="rms")
-        right.plot(place, 1e3 * whole.left_rms_rad, "o", ms=4, color=SERIES[1], label="rms without the delay")
+        right.plot(index, 1e3 * whole.rms_rad, "o", mfc="none", color=SERIES[1], label="rms")
+        right.plot(index, 1e3 * whole.left_rms_rad, "o", ms=4, color=SERIES[1], label="rms without the delay")
         right.set_ylabel("measured less sent [mrad]")
         right.set_ylim(bottom=0)
         legend_above(right)

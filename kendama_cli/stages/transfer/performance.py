@@ -103,10 +103,10 @@ def ahead(log: StageLog, game: int, cup: Path2D, start_s: float) -> list[Ahead]:
     along = np.array(direction(balls[balls["t_s"].between(start_s, start_s + float(np.ptp(cup.t_s)))]))
     of_game = estimates[estimates["game"] == game]
     t_s, crossing_s, x, y, z, v_x, v_y, v_z = of_game[_COLUMNS].to_numpy(np.float64).T
-    place = (np.column_stack([x, y]) - first[["x_m", "y_m"]].to_numpy(np.float64)) @ along + cup.x_m[0]
+    position = (np.column_stack([x, y]) - first[["x_m", "y_m"]].to_numpy(np.float64)) @ along + cup.x_m[0]
     speed = np.column_stack([v_x, v_y]) @ along
     sigma = np.sqrt(np.maximum(np.einsum("i,nij,j->n", along, covariances(of_game)[:, :2, :2], along), 0.0))
-    columns = (t_s - start_s, crossing_s - start_s, place, z - float(first["z_m"]) + cup.z_m[0], speed, v_z, sigma)
+    columns = (t_s - start_s, crossing_s - start_s, position, z - float(first["z_m"]) + cup.z_m[0], speed, v_z, sigma)
     return [Ahead(*row) for row in np.column_stack(columns).tolist()]
 
 
@@ -126,14 +126,14 @@ def error_over_time_panel(log: StageLog) -> Panel | None:
         return None
     left_ms, error_mm, sigma_mm = np.vstack(rows).T
     group = pd.cut(pd.Series(left_ms), _BINS)
-    middle = (
+    medians = (
         pd.DataFrame({"left": left_ms, "error": error_mm, "sigma": sigma_mm}).groupby(group, observed=True).median()
     )
     with drawing("transfer-prediction", "Error over the time left to the catch", width_in=4.6, height_in=3.1) as made:
         axes = made.axes()[0]
         axes.plot(left_ms, error_mm, ".", color=MUTED, ms=2.5, alpha=0.6, label="estimate")
-        axes.plot(middle["left"], middle["error"], "o-", color=CUP, ms=3.5, lw=1.4, label="median")
-        axes.plot(middle["left"], middle["sigma"], color=OTHER, lw=1.2, ls=(0, (4, 2)), label="stated sigma")
+        axes.plot(medians["left"], medians["error"], "o-", color=CUP, ms=3.5, lw=1.4, label="median")
+        axes.plot(medians["left"], medians["sigma"], color=OTHER, lw=1.2, ls=(0, (4, 2)), label="stated sigma")
         axes.set_yscale("log")
         axes.invert_xaxis()
         axes.set_xlabel("time left to the catch [ms]")

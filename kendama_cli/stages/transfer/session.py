@@ -112,11 +112,11 @@ class TransferSession:
         Then play it again at the tau that caught, to tell how often it does.
         """
         progress, settings = self._progress, self._settings
-        tried = progress.imitation
+        attempted = progress.imitation
         tau_scales = tau_scales_to_try(settings.imitation_tau_step, settings.imitation_attempts)
-        if len(tried) == len(tau_scales) and not any(tried):
+        if len(attempted) == len(tau_scales) and not any(attempted):
             return
-        if any(tried) and len(progress.repeats) >= settings.imitation_repeats:
+        if any(attempted) and len(progress.repeats) >= settings.imitation_repeats:
             return
         game, seed = around.game, int(progress.rng("rope", 0).integers(2**63))
         fit = fitted(self._runner.robot, motion, around, seed=seed)
@@ -126,11 +126,11 @@ class TransferSession:
         if around.adapt.catch == "visual":
             watched = WatchedFlight(self._runner.observer.without_goal())
             seen = VisualImitation(watched, self._arm, fit.correction, game.cup.rim_m, follow_from_s(motion))
-        while not any(tried) and len(tried) < len(tau_scales):
-            tau_scale = tau_scales[len(tried)]
-            self._imitate_once(fit.joints, tau_scale, "imitation", tried, seen)
-        while any(tried) and len(progress.repeats) < settings.imitation_repeats:
-            self._imitate_once(fit.joints, tau_scales[tried.index(True)], "repeat", progress.repeats, seen)
+        while not any(attempted) and len(attempted) < len(tau_scales):
+            tau_scale = tau_scales[len(attempted)]
+            self._imitate_once(fit.joints, tau_scale, "imitation", attempted, seen)
+        while any(attempted) and len(progress.repeats) < settings.imitation_repeats:
+            self._imitate_once(fit.joints, tau_scales[attempted.index(True)], "repeat", progress.repeats, seen)
 
     def _imitate_once(
         self, joints: JointTrajectory, tau_scale: float, phase: str, results: list[bool], seen: VisualImitation | None
@@ -168,8 +168,8 @@ class TransferSession:
 
     def _scene(self, timed: Sequence[tuple[float, Exchange]], *, under: str) -> Iterator[trace.TimedMessage]:
         names, rotation = self._runner.robot.joint_names, partial(cup_rotation_wxyz, self._arm)
-        drawn = self._drawn.frames
-        return trace.scene_messages(timed, names, self._every, cup_rotation=rotation, links=drawn, under=under)
+        frames = self._drawn.frames
+        return trace.scene_messages(timed, names, self._every, cup_rotation=rotation, links=frames, under=under)
 
     def _exchanges(self, timed: Sequence[tuple[float, Exchange]]) -> Iterator[trace.TimedMessage]:
         return trace.exchange_messages(timed, self._runner.robot.joint_names)

@@ -192,8 +192,8 @@ def replay_message(
     With ``made``, that of the simulated robot, the body is its own.
     """
     body = played_body(settings, made, history)
-    way = history.rollout() if history.reported else _tracked(steps)
-    t_s, cup_m, axis, ball_m = way[:, 0], way[:, 1:4], way[:, 4:7], way[:, 7:]
+    path = history.rollout() if history.reported else _tracked(steps)
+    t_s, cup_m, axis, ball_m = path[:, 0], path[:, 1:4], path[:, 4:7], path[:, 7:]
     since_s = game.swing.duration_s
     miss_m = SampledWays(t_s, cup_m, axis, ball_m).miss_m(settings, since_s)
     return ReplayMessage(
