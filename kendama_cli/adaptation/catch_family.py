@@ -158,7 +158,7 @@ TOLD_SPIN_RAD = np.radians(5)
 
 
 def playable_tilt(arm: RobotModel, plan: MotionPlan, settings: AdaptSettings) -> tuple[MotionPlan, tuple[str, ...]]:
-    """Return ``plan`` with as much of its turn as the arm can play within ``settings.tau_range``, and what is left out.
+    """Return ``plan`` with as much rotation as the arm can play within ``settings.tau_range``, and what is left out.
 
     The turn about the cup's own axis is always left out: the cup is round, and the arm needs the freedom.
     """

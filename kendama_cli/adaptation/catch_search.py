@@ -1,6 +1,6 @@
 """Search for a robust catch over tau, then over the goal and the motion's size.
 
-Its candidates race for the largest expected success: the same perturbed simulations for all, more for the best."""
+Its candidates race for the maximum expected success: the same perturbed simulations for all, more for the best."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ MIN_SPREAD_M = 0.002
 
 
 def evaluations_needed(candidates: int) -> int:
-    """Return the largest number of rollouts that a race of so many candidates takes."""
+    """Return the maximum number of rollouts that a race of so many candidates takes."""
     return BLOCK * sum(min(candidates, entered) for _, entered in ROUNDS)
 
 
@@ -101,7 +101,7 @@ def expected_success(repeats: Sequence[Repeat], mouth_m: float) -> float:
 
 
 def mean_distance_m(repeats: Sequence[Repeat]) -> float:
-    """Return the mean distance of the balls from the cup's planned place as they came down; 1 m if one never did."""
+    """Return the mean distance of the balls from the cup's planned position as they came down; 1 m if one never did."""
     return sum(1.0 if one.miss_m is None else abs(one.miss_m) + one.correction_m for one in repeats) / len(repeats)
 
 
@@ -126,13 +126,13 @@ BUDGET = 40
 """Rollouts in all for the windows over tau: what the attempts leave of it decides how many windows are evaluated."""
 
 TAU_FIRST = 3
-"""So many tau are tried before the place of the catch is moved for a first catch."""
+"""So many tau are tried before the position of the catch is moved for a first catch."""
 
 EARLY_SHIFTS = 2
 """A ball in free flight comes down where it is awaited at the first or second try."""
 
 MAX_BASES = 3
-"""At most so many rollouts are taken as starts for moving the place of the catch."""
+"""At most so many rollouts are taken as starts for moving the position of the catch."""
 
 MAX_SHIFTS = 4
 """Moving the catch by the miss is Newton's method with a slope of one: it has come down or it never will."""
@@ -142,7 +142,7 @@ MIN_APEX_M = 0.03
 
 
 class TauSearch:
-    """Search over tau, then over the place of the catch and the motion's size, within ``bounds``."""
+    """Search over tau, then over the position of the catch and the motion's size, within ``bounds``."""
 
     def __init__(self, settings: AdaptSettings, bounds: Bounds) -> None:
         self._settings, self._bounds, self._mouth_m = settings, bounds, bounds.mouth_m
@@ -151,9 +151,9 @@ class TauSearch:
         """Return the next trial, or None if the search has ended.
 
         First attempts over tau until one catches, then over the whole range of tau for all windows, whose centres race
-        for the largest expected success in perturbed simulations. Only if none of them is expected to succeed in ENOUGH
-        of all, the place of the catch is moved; only if nothing catches at all, the motion's size is changed. A catch
-        without reach is evaluated only if there is no other: to report what it would be worth. The best is confirmed.
+        for the maximum expected success in perturbed simulations. Only if none of them is expected to succeed in ENOUGH
+        of all, the catch is moved; only if nothing catches at all, the motion's size is changed. A catch without reach
+        is evaluated only if there is no other: to report what it would be worth. The best is confirmed.
         """
         for amplitude in (1.0, *self._settings.amplitudes):
             trial = self._explore(search, amplitude)
@@ -180,7 +180,7 @@ class TauSearch:
         return search.rollouts()
 
     def best(self, search: Search) -> MotionVariation | None:
-        """Return the best winner of a race: the largest expected success, then the least that a catch needs.
+        """Return the best winner of a race: the maximum expected success, then the least that a catch needs.
 
         One whose rope hangs slack in the swing is taken only if there is no other, one without reach never.
         """
@@ -249,7 +249,7 @@ class TauSearch:
         return sorted(search.reaching(centers), key=search.slack_in_swing)[:count]
 
     def _best_over_tau(self, search: Search, amplitude: float) -> float:
-        """Return the largest expected success of what was evaluated over tau alone."""
+        """Return the maximum expected success of what was evaluated over tau alone."""
         plain = [one for one in search.evaluated_reaching() if not one.shifted and one.amplitude == amplitude]
         return self.expected(search, winner(search, plain, self._mouth_m)) if plain else 0.0
 

@@ -104,8 +104,8 @@ FACTORS = 9
 class Perturbation:
     """Errors of one simulation and of the arm in it, and the noise of what is measured there.
 
-    ``joint_noise_rad`` is the standard deviation of the angles read, drawn from ``rng``; ``sensor_seed`` is the seed of
-    the sensor model.
+    ``joint_noise_rad`` is the standard deviation of the angles read, sampled from ``rng``; ``sensor_seed`` is the
+    seed of the sensor model.
     """
 
     world: WorldErrors
@@ -134,7 +134,7 @@ class PerturbedSimulations:
     def seeded(
         uncertainty: UncertaintySettings, rope_m: float, repeats: int, rng: np.random.Generator
     ) -> PerturbedSimulations:
-        """Return the simulations of a new search that ends with ``repeats``, their seeds drawn from ``rng``."""
+        """Return the simulations of a new search that ends with ``repeats``, their seeds sampled from ``rng``."""
         seeds = rng.integers(2**62, size=1 + BLOCK * MAX_BLOCKS + repeats)
         return PerturbedSimulations(uncertainty, rope_m, tuple(seeds.tolist()))
 

@@ -126,7 +126,7 @@ class PolicySearch:
 
 
 def cost_m(attempt: Attempt) -> float:
-    """Return the cost of a rollout [m]: the distance from the cup's planned place at which the ball came down.
+    """Return the cost of a rollout [m]: the distance from the cup's planned position at which the ball came down.
 
     The path of a visual catch counts as a miss would, so that its search ends where little of it is needed. A rope that
     hung slack in the swing costs SLACK_M besides.

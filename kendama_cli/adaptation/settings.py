@@ -22,17 +22,17 @@ class UncertaintySettings:
     name: str = setting("name in reports")
     rope_m: float = setting("+- error of the rope's length [m]", at_least=0)
     ball_start_m: float = setting("+- offset of the ball's start along x [m]", at_least=0)
-    mass_fraction: float = setting("+- error of the ball's mass, as a share of it", at_least=0, below=1)
+    mass_fraction: float = setting("+- error of the ball's mass, as a fraction of it", at_least=0, below=1)
     drag_scale: tuple[float, float] = setting(
-        "least and largest factor on the air's force, sampled on a logarithmic scale", above=0
+        "minimum and maximum factor on the air's force, sampled on a logarithmic scale", above=0
     )
-    restitution: tuple[float, float] = setting("least and largest of ball and cup", at_least=0, at_most=1)
-    lag_s: tuple[float, float] = setting("least and largest first-order lag of the arm [s]", at_least=0)
+    restitution: tuple[float, float] = setting("minimum and maximum of ball and cup", at_least=0, at_most=1)
+    lag_s: tuple[float, float] = setting("minimum and maximum first-order lag of the arm [s]", at_least=0)
     cup_error_m: float = setting("amplitude of the cup's slow error along x [m]", at_least=0)
-    cup_error_hz: tuple[float, float] = setting("least and largest frequency of that error [Hz]", above=0)
+    cup_error_hz: tuple[float, float] = setting("minimum and maximum frequency of that error [Hz]", above=0)
     joint_noise_rad: float = setting("standard deviation of the joint angles read, every step [rad]", at_least=0)
     joint_friction_nm: float = setting("up to this: Coulomb friction that nobody models [Nm]", at_least=0)
-    joint_friction_fraction: float = setting("share of each joint's friction that nobody models, always", at_least=0)
+    joint_friction_fraction: float = setting("fraction of each joint's friction that nobody models, always", at_least=0)
     min_reach_m: float = setting(
         "a visual catch must be able to move the cup so far to either side while the ball flies [m]", at_least=0
     )
@@ -64,8 +64,8 @@ class SensorModelSettings:
 class CorrectionSettings:
     """Correction of the planned motion by a visual catch: the cup is moved beside its plan."""
 
-    acceleration_m_s2: float = setting("largest acceleration beside the plan's [m/s^2]", above=0)
-    max_shift_m: float = setting("largest distance of the cup from its plan, before the catch or after it [m]", above=0)
+    acceleration_m_s2: float = setting("maximum acceleration beside the plan's [m/s^2]", above=0)
+    max_shift_m: float = setting("maximum distance of the cup from its plan, before the catch or after it [m]", above=0)
     matching: float = setting(
         "part of the ball's horizontal speed that the cup wants to have at the catch", at_least=0, at_most=1
     )
@@ -83,10 +83,10 @@ class PolicySettings:
     spread_m: float = setting("first standard deviation of the bumps' heights and of the goal [m]", above=0)
     spread_tau: float = setting("first standard deviation of the logarithm of tau_scale", above=0)
     goal_moves: tuple[float, float] = setting(
-        "share of the motion within which the goal's move is made", at_least=0, at_most=1
+        "fraction of the motion within which the goal's move is made", at_least=0, at_most=1
     )
     generation: int = setting("rollouts between two changes of the policy, in one perturbed simulation", at_least=4)
-    max_rollouts: int = setting("rollouts of the search, without the repeats that judge it", at_least=4)
+    max_rollouts: int = setting("rollouts of the search, without the repeats that evaluate it", at_least=4)
     stop_at: tuple[int, int] = setting(
         "the search ends when so many of so many repeats after a generation are caught", at_least=1
     )
@@ -119,7 +119,7 @@ class AdaptSettings:
     line: LineSettings
     policy: PolicySettings
     search: Literal["tau", "cma", "power", "random"] = setting(
-        "tau: windows of tau, then place and size; cma, power: the motion's shape; random: their null model"
+        "tau: windows of tau, then place and size; cma, power: the motion's shape; random: their baseline"
     )
     swing_scale: float = setting("factor on the motion's size with which every search begins", above=0)
     catch: Literal["visual", "open_loop"] = setting(
@@ -129,16 +129,16 @@ class AdaptSettings:
     placement: Literal["fixed", "search"] = setting(
         "fixed: the arm stands as conf/robot says; search: a placement is found for this motion first"
     )
-    tau_range: tuple[float, float] = setting("least and largest tau_scale to try", above=0)
+    tau_range: tuple[float, float] = setting("minimum and maximum tau_scale to try", above=0)
     tau_start: float = setting("tau_scale tried first", above=0)
     tau_step: float = setting("spacing of the tau_scale grid on which windows are looked for", above=0)
     tau_resolution: float = setting("windows narrower than this are not looked for", above=0)
     amplitudes: tuple[float, ...] = setting("factors on the motion's size, tried in turn if all else fails", above=0)
-    max_shift_m: float = setting("largest shift of the goal while the ball flies, if tau alone fails [m]", at_least=0)
-    max_rollouts: int = setting("rollouts of the search without those that judge its finds", at_least=1)
+    max_shift_m: float = setting("maximum shift of the goal while the ball flies, if tau alone fails [m]", at_least=0)
+    max_rollouts: int = setting("rollouts of the search without those that evaluate its finds", at_least=1)
     repeats: int = setting("fresh perturbed repeats of the chosen motion: success_rate is over these", at_least=1)
     tilt_fraction: float = setting(
-        "share of the demonstrated tilt of the cup that is played, less where the arm cannot; 0: upright",
+        "fraction of the demonstrated tilt of the cup that is played, less where the arm cannot; 0: upright",
         at_least=0,
         at_most=1,
     )

@@ -37,7 +37,7 @@ class FreeCup(PaintedEnv[Observation]):
 
     Observation, float32 (7,): cup position x [m] and velocity [m/s], ball beside the tie point along x and z [m], its
     velocity relative to the cup along x and z [m/s], time left [s]. Action, held for ``hold_s``: which of
-    ``learn.actions_m_s2``, or a share of the largest of them; the limits of ``learn.workspace`` hold whatever is asked.
+    ``learn.actions_m_s2``, or a fraction of the largest; the limits of ``learn.workspace`` hold whatever is asked.
     Reward 1 for a catch; at the first way down past the rim else max(0, 1 - miss / 0.3 m) / 2. Terminated by either,
     truncated when time is up. ``info``: is_success, and at a crossing miss_m.
     """

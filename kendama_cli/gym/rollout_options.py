@@ -33,11 +33,11 @@ ALLOWED = {
 
 @dataclass(frozen=True)
 class RolloutOptions:
-    """``noise``: a factor on ``learn.noise``. ``body``: this one, instead of one that is drawn from
+    """``noise``: a factor on ``learn.noise``. ``body``: this one, instead of one that is sampled from
     ``learn.randomisation``.
 
     A body is given by the factors ``rope``, ``drag`` and ``acceleration``, by ``angle_deg``, by which its angle is
-    misread, and ``delay_s``, after which an action takes effect; what is left out is as in the model.
+    read with an error, and ``delay_s``, after which an action takes effect; what is left out is as in the model.
     """
 
     noise: float = 1.0

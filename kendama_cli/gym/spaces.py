@@ -25,7 +25,7 @@ USUAL_RATE_RAD_S = 10.0
 
 @dataclass(frozen=True)
 class Observed:
-    """Numbers that are observed: the largest of each, and what counts as 1 where they are normalised, both (n,)."""
+    """Numbers that are observed: the maximum of each, and what counts as 1 where they are normalised, both (n,)."""
 
     largest: NDArray[np.float64]
     scale: NDArray[np.float64]
@@ -52,7 +52,7 @@ class Observed:
         return self.of(np.array([x_m, velocity_m_s, math.remainder(angle_rad, 2.0 * math.pi), rate_rad_s, left_s]))
 
     def of(self, numbers: NDArray[np.float64]) -> Observation:
-        """Return the observation of ``numbers`` (..., n), cut at the largest."""
+        """Return the observation of ``numbers`` (..., n), cut at the maximum."""
         cut = np.clip(numbers, -self.largest, self.largest)
         return np.asarray(cut / self.scale if self.normalised else cut, dtype=np.float32)
 
@@ -61,7 +61,7 @@ class Accelerations:
     """Actions as accelerations of the cup along x [m/s^2]."""
 
     def __init__(self, settings: LearnSettings, kind: ActionKind) -> None:
-        """Choose discrete actions (indices of ``learn.actions_m_s2``) or continuous ones (fractions of the largest).
+        """Choose discrete actions (indices of ``learn.actions_m_s2``) or continuous ones (fractions of the maximum).
 
         Raises ConfigError for another ``kind``.
         """

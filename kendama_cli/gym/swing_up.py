@@ -89,7 +89,7 @@ class SwingUp(PaintedEnv[Observation]):
 
     Observation, float32 (5,): cup position x [m] and velocity [m/s], ball angle about the tie point [rad] (0 hanging,
     positive toward +x, within +-pi) and angular velocity [rad/s], time left [s]; the ball's two with the reading noise
-    of ``learn.noise``. Action, held for ``hold_s``: which of ``learn.actions_m_s2``, or a share of the largest of them.
+    of ``learn.noise``. Action, held for ``hold_s``: which of ``learn.actions_m_s2``, or a fraction of the largest.
     Reward: ``learn.reward``, the step's and at the end the final one, and ``shaping`` times the growth of the ball's
     energy for an agent with discount ``gamma``. Terminated at the release (flight and catch follow within that step),
     or outside where that ends a rollout; truncated after ``learn.rollout_s``. ``info`` has is_success, and at the end

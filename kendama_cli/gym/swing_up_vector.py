@@ -71,7 +71,7 @@ class RailRollouts:
         )
 
     def readings(self) -> NDArray[np.float64]:
-        """Return cup place and velocity, ball angle and rate, time left (n, 5); noisy where a rollout goes on."""
+        """Return cup position and velocity, ball angle and rate, time left (n, 5); noisy where a rollout goes on."""
         s = self._swings
         across, above, across_rate = s[:, 1] - s[:, 0], s[:, 2], s[:, 4] - s[:, 3]
         angle_error, rate_error, _ = np.where(self.ends == kernel.DUE, self._errors_now(), 0.0)

@@ -41,8 +41,8 @@ def excitation(
     q = q0 + A w(t) sum_k c_k sin(k omega phi(t) + p_k),   phi' = s^((1 + cos(2 pi m t / T)) / 2)
 
     with q0 the posture nearest to home that leaves room, the sum scaled to 1, w a window that begins and ends at rest,
-    and m sweeps of the tempo from the share s, at which the joint's peak speed is ``min_speed_rad_s``, to 1. Each
-    joint's omega is the largest within ``limit_ratio`` of its limits; where the arm's weight and inertia would ask for
+    and m sweeps of the time scale from the share s, at which the joint's peak speed is ``min_speed_rad_s``, to 1. Each
+    joint's omega is the maximum within ``limit_ratio`` of its limits; where the arm's weight and inertia would ask for
     more than EFFORT_SHARE of an effort limit, all are slower. Raises StageError, naming the joint, where its range is
     less than 2 A, where even slowly the effort is too large, or where links would touch.
     """

@@ -20,7 +20,7 @@ from kendama_cli.schema.arrays import Array
 Mask = NDArray[np.bool_]
 
 BETTER = 0.99
-"""The network must have this share of the parametric model's error, or less: with equal errors the plain one stays."""
+"""The network must have at most this fraction of the parametric error: with equal errors the plain one stays."""
 OUTLIER = 9.0
 """Six standard deviations of a normal distribution, in median errors."""
 
@@ -114,7 +114,7 @@ def _least_squares(columns: Array, torque_nm: Array) -> tuple[Array, float]:
 
 
 DECAY = 1e-6
-"""Weight decay, in shares of the torque's variance per sample: between the samples the curve stays smooth."""
+"""Weight decay, in fractions of the torque's variance per sample: between the samples the curve stays smooth."""
 STARTS = 2
 """Trainings from different random weights; the best remains."""
 MOST_STEPS = 60

@@ -204,7 +204,7 @@ def free_swing(robot: Robot, line: CupLine, game: GameSettings, settings: SwingM
     """Swing the ball up by its own energy, let it swing, and give its places relative to the resting cup.
 
     The rate of the pendulum's energy is -m l phi' cos(phi) a: the cup always accelerates with the sign that adds to
-    it. Raises StageError where the ball does not reach the wanted angle in time, HardwareError of the line.
+    it. Raises StageError where the ball does not reach the desired angle in time, HardwareError of the line.
     """
     estimator = SwingStateEstimator(
         robot.period_s, SAMPLES_N, line.home_m, DIRECTION, rope=TautRope.of(game), gravity_m_s2=game.gravity_m_s2

@@ -1,8 +1,8 @@
-"""The laws of the learner's interface, for every variant: a table's, the null model's, or another project's own.
+"""The laws of the learner's interface, for every variant: a table's, the baseline's, or another project's own.
 
 Each check takes settings, with the learner that ``learn.learner`` chooses, and raises AssertionError, with the law in
 words, where the learner breaks it. ``CHECKS`` lists them all. No simulator is needed: the readings are those of a ball
-on a circle, and the outcomes of the rollouts are drawn.
+on a circle, and the outcomes of the rollouts are sampled.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def check_determinism(settings: LearnSettings) -> None:
 
 
 def check_actions(settings: LearnSettings) -> None:
-    """Check that accelerations are finite and within the largest action, for any readings."""
+    """Check that accelerations are finite and within the maximum action, for any readings."""
     practice = _Practice(begin_learner(settings), settings, SEED)
     lowest, highest = settings.actions_m_s2[0], settings.actions_m_s2[-1]
     for _ in range(ROLLOUTS):
@@ -155,7 +155,7 @@ def test_the_learner_keeps_the_law(law: Callable[[LearnSettings], None], configu
 
 
 class _Practice:
-    """Rollouts with readings that are a function of their number, and outcomes that are drawn."""
+    """Rollouts with readings that are a function of their number, and outcomes that are sampled."""
 
     def __init__(self, learner: Learner, settings: LearnSettings, seed: int) -> None:
         self.learner, self.settings = learner, settings

@@ -38,11 +38,11 @@ def explores(after_failure: float, count: LearningCount, rng: Generator, *, in_a
 
 
 class DrawnHarmonic(NamedTuple):
-    """A cos(w t + phase): what is drawn for one rollout."""
+    """A cos(w t + phase): what is sampled for one rollout."""
 
     frequency_rad_s: float
     amplitude: float
-    """[m/s^2] where it drives the cup's acceleration, [m] where it drives the cup's place."""
+    """[m/s^2] where it drives the cup's acceleration, [m] where it drives the cup's position."""
     phase_rad: float
 
 
@@ -83,7 +83,7 @@ def vary_harmonic(
 class Harmonic:
     """A harmonic drives the cup over a whole rollout (equations.md, Swing-up).
 
-    Either its acceleration a = A cos(w t + phase) itself, or its place x = A cos(w t + phase), which the acceleration
+    Either its acceleration a = A cos(w t + phase), or its position x = A cos(w t + phase), which the acceleration
     x'' + 2 c (x' - v) + c^2 (x - x_cup) follows; the action nearest to that acceleration is chosen. A harmonic
     acceleration drifts out of a workspace that has no limiter, a harmonic place does not.
     """

@@ -86,7 +86,7 @@ class Learner(Actor, Protocol):
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Learn from the end of the rollout and count it; ``state`` is the last reading.
 
-        ``miss_m`` is how far beside the cup's axis the ball came down after a release, where that was seen.
+        ``miss_m`` is the distance from the cup's axis at which the ball came down after a release, where that was seen.
         """
 
     def state(self) -> dict[str, Any]:

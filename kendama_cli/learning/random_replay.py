@@ -1,9 +1,9 @@
-"""The null models of learning the swing-up: random harmonics, replayed from the first that succeeded, or never.
+"""The baselines of learning the swing-up: random harmonics, replayed from the first that succeeded, or never.
 
 They have no table and learn nothing about states: what a learner needs fewer rollouts for than ``random_replay``, it
-owes to more than to chance. Harmonics are drawn as an exploring rollout draws them, until one succeeds; from then on
-that one is replayed, and counts as the greedy policy. After a replay that failed the next rollout draws anew with the
-probability ``after_failure``, and a success replaces what is replayed. ``random`` draws anew for every rollout, and
+owes to more than chance. Harmonics are sampled as in an exploring rollout, until one succeeds; from then on that one
+is replayed, and counts as the greedy policy. After a replay that failed the next rollout samples anew with the
+probability ``after_failure``, and a success replaces what is replayed. ``random`` samples anew for every rollout, and
 counts each as greedy; its policy is the last one drawn. Actions change at the same times as those of a table.
 """
 
@@ -29,7 +29,7 @@ from kendama_cli.learning.statistics import LearningCount
 from kendama_cli.schema.arrays import Array
 
 STILL = DrawnHarmonic(0.0, 0.0, 0.0)
-"""What is replayed before anything was drawn: the cup stays where it is."""
+"""What is replayed before anything was sampled: the cup stays where it is."""
 
 
 class HarmonicPolicy(BinActor):
@@ -58,7 +58,7 @@ class HarmonicPolicy(BinActor):
 
 
 class RandomReplayLearner(RolloutLearner):
-    """Draws harmonics until one succeeds, and replays that one; or, as ``random``, draws for ever. See the module."""
+    """Samples harmonics until one succeeds, and replays that one; or, as ``random``, always samples. See the module."""
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
         """Start from nothing, or from the harmonic of a ``policy``, which counts as one that succeeded."""
@@ -109,7 +109,7 @@ class RandomReplayLearner(RolloutLearner):
         self._rollout = RewardedActor(self._actor, self._settings.reward)
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
-        """Keep a drawn harmonic that succeeded, and count; ``state`` is the last reading."""
+        """Keep a sampled harmonic that succeeded, and count; ``state`` is the last reading."""
         success, reward = outcome == "goal", self._rollout.reward(outcome, state, miss_m)
         longer = max(self._settings.count.learned_streak, self._best_streak + 1)
         if not (success or self._explored) and self.count.streak >= longer:

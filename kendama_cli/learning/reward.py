@@ -100,7 +100,7 @@ class Goal:
 
         It lies in the window and, unless that is enough, a catch is predicted to be within reach as if the rope were
         slack. Where the ball has to be caught, the taut rope must also have no pull at this angle and rate (with a cup
-        that does not accelerate), so that it is slack indeed; a simulation looks at the rope's pull itself.
+        that does not accelerate), so that it is slack indeed; a simulation looks at the rope's tension itself.
         """
         desired = self._settings
         if not self.in_window(state):
@@ -123,7 +123,7 @@ def step_reward(settings: RewardSettings, x_m: Numbers) -> Numbers:
 
 
 def final_reward(settings: RewardSettings, outcome: Outcome, miss_m: float | None = None) -> float:
-    """Return the reward of a rollout's end; ``miss_m`` is how far beside the cup's axis a missed ball came down."""
+    """Return the reward of a rollout's end; ``miss_m`` is how far from the cup's axis a missed ball came down."""
     if outcome == "missed" and miss_m is not None:
         return settings.missed * max(0.0, 1.0 - miss_m / settings.missed_range_m)
     return {

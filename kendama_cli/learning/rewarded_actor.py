@@ -1,4 +1,4 @@
-"""An actor that learns nothing, and the reward that its decisions bring: what null models and controllers share."""
+"""An actor that learns nothing, and the reward that its decisions bring: what baselines and controllers share."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class CountingActor(Protocol):
 
 
 class RewardedActor:
-    """One rollout of ``actor``: each decision but the first is rewarded for the cup's place that it finds."""
+    """One rollout of ``actor``: each decision but the first is rewarded for the cup's position that it finds."""
 
     def __init__(self, actor: CountingActor, settings: RewardSettings) -> None:
         self._actor = actor

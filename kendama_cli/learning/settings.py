@@ -36,18 +36,18 @@ class LearnerSettings(Protocol):
 
 @dataclass(frozen=True)
 class HarmonicSettings:
-    """A harmonic A cos(w t + phase) drives the whole rollout, all three drawn at random (equations.md)."""
+    """A harmonic A cos(w t + phase) drives the whole rollout, all three sampled at random (equations.md)."""
 
     band_rad_s: tuple[float, float] = setting("range of the angular frequency w [rad/s]", above=0)
     amplitude: tuple[float, float] = setting(
-        "range of A as a fraction of the largest action, or of the workspace's half width", above=0
+        "range of A as a fraction of the maximum action, or of the workspace's half width", above=0
     )
     drives: Literal["acceleration", "position", "auto"] = setting(
         "quantity of the cup that is harmonic; 'auto': the acceleration if a limiter keeps the cup inside, else the "
         "position"
     )
     phase: Literal["quarter", "any"] = setting("'quarter': +-pi/2, it starts from zero; 'any': uniform")
-    bang_bang: bool = setting("use only the sign of the desired acceleration, at the largest action")
+    bang_bang: bool = setting("use only the sign of the desired acceleration, at the maximum action")
 
     def __post_init__(self) -> None:
         for key in ("band_rad_s", "amplitude"):
@@ -60,8 +60,8 @@ class HarmonicSettings:
 class ExplorationSettings:
     """Settings of the exploring rollouts of a table: until the first success, and later at random after a failure.
 
-    'harmonic': a harmonic of ``learn.harmonic`` drives the whole rollout, drawn anew, or one of those that ended with
-    the largest rewards before, varied a little. 'epsilon_greedy': each action is random with probability
+    'harmonic': a harmonic of ``learn.harmonic`` drives the whole rollout, sampled anew, or one of those that ended with
+    the maximum rewards before, varied a little. 'epsilon_greedy': each action is random with probability
     epsilon / (1 + k / decay) in rollout k.
     """
 
@@ -71,16 +71,16 @@ class ExplorationSettings:
     )
     in_a_row: int = setting("exploring rollouts that follow one another then", above=0)
     mutation_fraction: float = setting(
-        "share of the harmonics that vary one of the best before, once there is one", at_least=0, at_most=1
+        "fraction of the harmonics that vary one of the best before, once there is one", at_least=0, at_most=1
     )
     amplitude_spread: float = setting("standard deviation of the varied amplitude's factor", at_least=0, below=0.5)
     frequency_spread: float = setting("standard deviation of the varied frequency's factor", at_least=0, below=0.5)
     spread_scales: tuple[float, float] = setting(
-        "until the first success, range of a factor on both spreads, drawn anew on a logarithmic scale each time",
+        "until the first success, range of a factor on both spreads, sampled anew on a logarithmic scale each time",
         above=0,
         at_most=10,
     )
-    elite_size: int = setting("so many harmonics, those that ended with the largest rewards, are varied", above=0)
+    elite_size: int = setting("so many harmonics, those that ended with the maximum rewards, are varied", above=0)
     epsilon: float = setting("probability of a random action in the first rollout", at_least=0, at_most=1)
     decay_rollouts: float = setting("rollouts after which epsilon is halved", above=0)
 
@@ -101,7 +101,7 @@ class GridSettings:
     """Bins of the plain state: n edges cut a line into n + 1 bins, n equal bins cut the circle."""
 
     position: Literal["side", "distance", "mirrored"] = setting(
-        "'side' bins the cup's position x, 'distance' bins |x| from the middle of the workspace, 'mirrored' bins |x| "
+        "'side' bins the cup's position x, 'distance' bins |x| from the centre of the workspace, 'mirrored' bins |x| "
         "and turns left and right about where x < 0"
     )
     position_edges_m: tuple[float, ...] = setting("edges between the bins of the cup's position [m]")

@@ -6,8 +6,8 @@
 ``max_rollouts`` (1000) rollouts without such a streak learning has failed to show it, and that counts as so many.
 
 From the tenth success on the policy is tried as it stands: what it does without learning on the way is what it will do
-once it is frozen. A failure before the proof resumes the learning, and at the last the policy with the longest streak
-is taken, unsolved.
+once it is frozen. A failure before it is solved resumes the learning; in the end the policy with the longest streak is
+taken, unsolved.
 """
 
 from __future__ import annotations

@@ -19,19 +19,19 @@ class GoalSettings:
     window, and a catch is predicted to be within reach as if the rope were slack. 'reached': the window alone.
     """
 
-    angle_deg: float = setting("wanted angle of the ball from hanging, on either side [deg]", above=0, at_most=180)
+    angle_deg: float = setting("desired angle of the ball from hanging, on either side [deg]", above=0, at_most=180)
     tolerance_deg: float = setting("allowed deviation of the angle [deg]", above=0)
     min_rate_rad_s: float = setting("least angular velocity away from hanging [rad/s]")
-    max_rate_rad_s: float = setting("largest angular velocity away from hanging [rad/s]")
+    max_rate_rad_s: float = setting("maximum angular velocity away from hanging [rad/s]")
     success: Literal["caught", "catchable", "reached"] = setting(
         "'caught': released there and caught; 'catchable': there with a catch predicted within reach; 'reached': there"
     )
     slack_s: float = setting("the ball is released once the rope has been slack for so long [s]", above=0)
     landing_limit_m: float = setting(
-        "largest |x| at which the freely flying ball may come down to the rim to be catchable [m]", above=0
+        "maximum |x| at which the freely flying ball may come down to the rim to be catchable [m]", above=0
     )
     catch_acceleration_m_s2: float = setting(
-        "largest acceleration with which the cup goes to meet the ball [m/s^2]", above=0
+        "maximum acceleration with which the cup goes to meet the ball [m/s^2]", above=0
     )
 
     def __post_init__(self) -> None:
@@ -62,9 +62,9 @@ class LimitedWorkspace:
     """A braking limiter keeps the cup inside: it always leaves enough distance to stop."""
 
     kind: Literal["limit"]
-    half_width_m: float = setting("the cup stays within this distance of the middle [m]", above=0)
-    max_speed_m_s: float = setting("largest speed of the cup [m/s]", above=0)
-    braking_m_s2: float = setting("deceleration that the limiter counts on; below the largest action [m/s^2]", above=0)
+    half_width_m: float = setting("the cup stays within this distance of the centre [m]", above=0)
+    max_speed_m_s: float = setting("maximum speed of the cup [m/s]", above=0)
+    braking_m_s2: float = setting("deceleration that the limiter counts on; below the maximum action [m/s^2]", above=0)
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,8 @@ class TerminatingWorkspace:
     """Leaving the workspace ends the rollout with the reward 'outside'; only the speed is limited."""
 
     kind: Literal["terminate"]
-    half_width_m: float = setting("leaving this distance of the middle ends the rollout [m]", above=0)
-    max_speed_m_s: float = setting("largest speed of the cup [m/s]", above=0)
+    half_width_m: float = setting("leaving this distance of the centre ends the rollout [m]", above=0)
+    max_speed_m_s: float = setting("maximum speed of the cup [m/s]", above=0)
 
 
 WorkspaceSettings = LimitedWorkspace | TerminatingWorkspace
@@ -111,7 +111,7 @@ EngineSettings = DartEngine | RailEngine
 
 @dataclass(frozen=True)
 class RandomisationSettings:
-    """Domain randomisation (Tobin et al. 2017): how bodies differ, each value uniform and drawn anew every rollout."""
+    """Domain randomisation (Tobin et al. 2017): how bodies differ; values are uniform, new in every rollout."""
 
     rope: float = setting("+- relative error of the rope's length", at_least=0, below=0.5)
     drag: tuple[float, float] = setting("range of a factor on the air's drag", at_least=0)
@@ -120,7 +120,7 @@ class RandomisationSettings:
     angle_deg: float = setting("+- offset of all readings of the ball's angle in a rollout [deg]", at_least=0)
     delay_s: float = setting("an acceleration takes effect up to so much later [s]", at_least=0)
     workspace_shrink: float = setting(
-        "the workspace is narrower by a share up to this, and slower, as for a longer rope", at_least=0, below=0.5
+        "the workspace is narrower by a fraction up to this, and slower, as for a longer rope", at_least=0, below=0.5
     )
 
     def __post_init__(self) -> None:

@@ -93,7 +93,7 @@ class ValueLearner(BinActor, abc.ABC):
 
     An action is held until the binned state changes, at least ``decision.min_s`` and at most
     ``decision.max_s``; only these decisions are learned from. Between rollouts ``state()`` is all there is to
-    save, and ``from_state`` goes on from it bit for bit.
+    save, and ``from_state`` resumes from it bit for bit.
     """
 
     def __init__(self, settings: LearnSettings, *, q: NDArray[np.float64] | None = None) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from kendama_cli.schema.arrays import Array
 
 BRAKING_SHARE = 0.9
-"""Part of the largest acceleration that braking counts on where the settings do not say; a tenth is in reserve."""
+"""Part of the maximum acceleration that braking counts on where the settings do not say; a tenth is in reserve."""
 
 
 class BrakingLimiter(NamedTuple):
@@ -48,7 +48,7 @@ def limited(limiter: BrakingLimiter, command_m_s2: float, x_m: float, velocity_m
 
 
 def _highest(limiter: BrakingLimiter, x_m: float, velocity_m_s: float) -> float:
-    """Return the largest u with x + (v + u h) h + (v + u h)^2 / (2 b) <= half_width, less what a step in h can add."""
+    """Return the maximum u with x + (v + u h) h + (v + u h)^2 / (2 b) <= half_width, less what a step in h can add."""
     b, h = limiter.braking_m_s2, limiter.period_s
     left_m = limiter.half_width_m - x_m - 0.5 * b * h * h
     reach = b * h * b * h + 2.0 * b * left_m

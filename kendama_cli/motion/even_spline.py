@@ -52,7 +52,7 @@ def cubic(a: Numbers, b: Numbers, c: Numbers, d: Numbers, u: float) -> tuple[Num
 
 
 State = tuple[Array, Array]
-"""Places and speeds (n,)."""
+"""Positions and velocities (n,)."""
 
 
 def cubic_between(first: State, last: State, *, steps: int, step_s: float) -> tuple[Array, Array, Array]:

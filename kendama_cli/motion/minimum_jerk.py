@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kendama_cli.schema.arrays import Array
 
 PEAK_RATE = 1.875
-"""ds/du at its largest, midway: the peak of the speed over its mean."""
+"""ds/du at its maximum, midway: the peak of the speed over its mean."""
 
 
 def step(share: ArrayLike) -> Array:

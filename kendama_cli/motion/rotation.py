@@ -108,7 +108,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def quaternion_of(rotation: Array) -> Array:
-    """Return the unit quaternion (4,) with w >= 0 of a rotation matrix (3, 3), by its largest element (Shepperd
+    """Return the unit quaternion (4,) with w >= 0 of a rotation matrix (3, 3), by its maximum element (Shepperd
     1978).
     """
     r = rotation

@@ -16,21 +16,21 @@ from kendama_cli.settings.game import CupSettings, GameSettings
 SLACK_S = 0.02
 """A rope that is slack for less swings on as if it had been taut: the ball falls 2 mm in that time."""
 CATCH_SHARE = 0.6
-"""The catch ends a swing: so much of the cup's way lies before it (0.84 to 0.99 on recorded and bundled swings)."""
+"""The catch ends a swing: so much of the cup's path lies before it (0.84 to 0.99 on recorded and bundled swings)."""
 NEAR_M = 0.1
 """A ball comes down at the cup where it crosses the rim's plane within this of the axis."""
 FITTED_S = 0.06
 """The end of a fall through which a parabola is fitted: so short that the cup's acceleration hardly changes."""
 TAUT_SHARE = 0.95
-"""A rope whose way to the ball is longer than this share of its length may be taut."""
+"""A rope whose way to the ball is longer than this fraction of its length may be taut."""
 
 
 def over_rim(apart_m: Any, axis: Any, rim_m: float) -> tuple[Any, Any, Any]:
-    """Return the ball's place over the middle of the rim: x and y across the cup's axis, and the height along it [m].
+    """Return the ball's place over the centre of the rim: x and y across the cup's axis, and the height along it [m].
 
-    ``apart_m`` is the ball less the cup's place and ``axis`` the cup's unit axis, both in the world as x, y, z: three
-    numbers or three arrays. x and y are the world's, turned with the axis the shortest way (Rodrigues' rotation of
-    ``axis`` onto z): with c = axis_z and h = axis . apart,
+    ``apart_m`` is the ball less the cup's position and ``axis`` the cup's unit axis, both in the world as x, y, z:
+    three numbers or three arrays. x and y are the world's, turned with the axis the shortest way (Rodrigues' rotation
+    of ``axis`` onto z): with c = axis_z and h = axis . apart,
 
         x' = x - axis_x (h + z) / (1 + c),   y' = y - axis_y (h + z) / (1 + c),   z' = h - rim.
     """
@@ -57,7 +57,7 @@ def at_rim_m(before_m: Sequence[float], after_m: Sequence[float]) -> tuple[float
 
 
 def catch_from_s(t_s: Array, cup_m: Array) -> float:
-    """Return the time from which a descent can be the planned catch of the cup's planned way (n, 3) at ``t_s`` (n,)."""
+    """Return the time from which a descent can be the planned catch of the cup on its path (n, 3) at ``t_s`` (n,)."""
     path = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(cup_m, axis=0), axis=1))))
     return float(t_s[np.searchsorted(path, CATCH_SHARE * path[-1])])
 
@@ -71,7 +71,7 @@ def planned_descent(times_s: Sequence[float], since_s: float) -> int | None:
 def near_descent(t_s: Array, cup_m: Array, over_m: tuple[Array, Array, Array]) -> int | None:
     """Return the sample (of n) before the descent to mark as the catch: that within NEAR_M of the axis; None without.
 
-    ``cup_m`` (n, k) is the cup's way and ``over_m`` the ball over its rim (over_rim).
+    ``cup_m`` (n, k) is the cup's path and ``over_m`` the ball over its rim (over_rim).
     """
     x, y, height = over_m
     near = np.hypot(x, y)[:-1] < NEAR_M

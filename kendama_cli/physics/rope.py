@@ -16,7 +16,7 @@ class CupProfile(NamedTuple):
 
     A handle of ``handle_m`` radius up to ``floor_m``, then the cup of ``radius_m`` up to ``rim_m``; without a handle
     ``handle_m`` is the cup's radius and ``floor_m`` is 0. ``used_m`` is the rope from the tie to the three edges.
-    With ``side_m`` above 0 the tie is on the wall at that height over the floor, on which the cup's place is.
+    With ``side_m`` above 0 the tie is on the wall at that height over the floor, on which the cup's position is.
     """
 
     radius_m: float
@@ -122,8 +122,8 @@ def rope_pull(  # noqa: PLR0917 - vectors one after another, as in the formula
     length. ``axis`` is the cup's unit axis and ``axis_rate`` its rate: the part of the cup's turning about its own axis
     moves q across n and drops out. On the axis itself the rope lies toward ``side``.
 
-    Where the tie is at the side, ``ball_m`` and ``ball_m_s`` count from the cup's place under it, ``side`` is the unit
-    vector across the axis toward the tie, and ``side_rate`` its rate.
+    Where the tie is at the side, ``ball_m`` and ``ball_m_s`` count from the cup's position under it, ``side`` is the
+    unit vector across the axis toward the tie, and ``side_rate`` its rate.
     """
     if law.cup.side_m > 0.0:
         return _pull_from_side(law, ball_m, ball_m_s, (axis, axis_rate, side, side_rate))

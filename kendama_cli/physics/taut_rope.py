@@ -1,4 +1,4 @@
-"""The ball on a taut rope in the plane of the swing: its place, motion and equation of motion by its angle alone."""
+"""The ball on a taut rope in the plane of the swing: its position, motion and equation of motion by its angle alone."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kendama_cli.settings.game import GameSettings, SideTie
 
 
 class Ball(NamedTuple):
-    """The ball's place and velocity relative to the tie point, along x and z."""
+    """The ball's position and velocity relative to the tie point, along x and z."""
 
     across_m: float
     above_m: float

@@ -1,8 +1,8 @@
 """A chain of revolute joints as compiled code: its places, its way along a path, its efforts, its clearance.
 
-Everything is in the frame of the arm's root, z up, and by products of exponentials: a link's turn R and shift t carry
-a point p of the posture of zeros to R p + t, so that axes, origins and inertias are all given in that one posture.
-The tests hold each function against DART.
+Everything is in the frame of the arm's root, z up, and by products of exponentials: a link's rotation R and shift t
+carry a point p of the posture of zeros to R p + t, so that axes, origins and inertias are all given in that one
+posture. The tests hold each function against DART.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from kendama_cli.system.compiled import Array, compiled
 
 Vector = tuple[float, float, float]
 TASK = 5
-"""Rows of the task: the tie point's place, and the cup's turn about x and y."""
+"""Rows of the task: the tie point's place, and the cup's rotation about x and y."""
 MOST_STEPS = 12
 TOLERANCE = 1e-8
 REACHED = 1e-6
@@ -128,7 +128,7 @@ def frames(chain: Chain, angles: Array, turns: Array, shifts: Array) -> None:
     for i in range(len(angles)):
         axis = chain.axes[i, 0], chain.axes[i, 1], chain.axes[i, 2]
         c, s = math.cos(angles[i]), math.sin(angles[i])
-        for r in range(3):  # the turn so far, times Rodrigues' turn about the axis
+        for r in range(3):  # the rotation so far, times Rodrigues' rotation about the axis
             row = turns[i, r, 0], turns[i, r, 1], turns[i, r, 2]
             turns[i + 1, r, 0], turns[i + 1, r, 1], turns[i + 1, r, 2] = rotated_row(row, axis, c, s)
             shift = shifts[i, r]
@@ -225,7 +225,7 @@ def follow(chain: Chain, tool: ToolGeometry, ik: IkSettings, path_m: Array, whol
     """Return the angles (k, n) along ``path_m`` (k, 3) from the tie point at home, each found from the one before.
 
     Also what the task misses there (k,): a place out of reach is left as near as the steps come; unless the ``whole``
-    path is wanted, all after it is missed without end.
+    path is desired, all after it is missed without end.
     """
     n, count = len(ik.home), len(path_m)
     rotations, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))

@@ -12,7 +12,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings, HandleTie
 
 TIE_MASS_KG = 1e-6
-"""The tie point is a body of its own, so that DART hands out its place and velocity in one cheap call."""
+"""The tie point is a body of its own, so that DART hands out its position and velocity in one cheap call."""
 
 
 def cup_frame(cup_axis: tuple[float, float, float]) -> Array:
@@ -28,7 +28,7 @@ def frame_along(z: Array) -> Array:
 
 
 def attach_cup(skeleton: Any, holder: Any, place: Any, cup: CupSettings) -> tuple[Any, Any]:
-    """Weld the cup to the body ``holder`` at ``place`` (z along its axis); returns (cup, its place as a body)."""
+    """Weld the cup to the body ``holder`` at ``place`` (z along its axis); returns (cup, its position as a body)."""
     joint, body = skeleton.createWeldJointAndBodyNodePair(holder)
     joint.setTransformFromParentBodyNode(place)
     body.setName("cup")

@@ -37,4 +37,4 @@ class JointTorque:
 
     torque_nm: Array
     velocity_rad_s: Array
-    """qr', the joint speeds that the wanted motion needs: those for which Coriolis and friction are compensated"""
+    """qr', the joint speeds that the desired motion needs: those for which Coriolis and friction are compensated"""

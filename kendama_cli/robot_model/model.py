@@ -113,7 +113,7 @@ class RobotModel:
         """
         pose, jacobian = self.tool_pose(position_rad), self.tool_jacobian(position_rad)
         axis, desired = pose.rotation[:, 2], _cross(about[0], about[1])
-        # the turn that carries the axis onto the wanted one; where the cup is head down it is lengthened to be found
+        # the turn that carries the axis onto the desired one; where the cup is head down it is lengthened to be found
         rotation = about @ _cross(axis, desired)
         if axis @ desired < 0:
             rotation /= max(float(np.linalg.norm(rotation)), 1e-9)

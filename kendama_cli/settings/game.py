@@ -73,7 +73,7 @@ class MeasuredAir:
 
 @dataclass(frozen=True)
 class FloorTie:
-    """The rope is tied under the middle of the cup's floor."""
+    """The rope is tied under the centre of the cup's floor."""
 
     kind: Literal["floor"]
 
@@ -137,22 +137,22 @@ class CupSettings:
 
     @property
     def floor_m(self) -> float:
-        """Height of the floor's underside over the cup's place."""
+        """Height of the floor's underside over the cup's position."""
         return self.tie.length_m if isinstance(self.tie, HandleTie) else 0.0
 
     @property
     def rim_m(self) -> float:
-        """Height of the rim over the cup's place."""
+        """Height of the rim over the cup's position."""
         return self.floor_m + self.depth_m
 
     @property
     def reach_m(self) -> float:
-        """Distance that the cup reaches from its place, whichever way it is turned."""
+        """Distance that the cup reaches from its position, whichever way it is turned."""
         return math.hypot(self.outer_radius_m, self.rim_m)
 
     @property
     def tie_m(self) -> tuple[float, float, float]:
-        """Return where the rope is tied, in the cup's frame: at its origin, the cup's place, or on the wall."""
+        """Return where the rope is tied, in the cup's frame: at its origin, the cup's position, or on the wall."""
         tie = self.tie
         if not isinstance(tie, SideTie):
             return 0.0, 0.0, 0.0

@@ -38,7 +38,7 @@ ControllerSettings = Annotated[ControllerSettingsNode, CONTROLLERS]
 
 @dataclass(frozen=True)
 class StepSettings:
-    """One step of the script: pose and force wanted at its end, reached smoothly from those of the step before."""
+    """One step of the script: pose and force desired at its end, reached smoothly from those of the step before."""
 
     name: str = setting("name in messages, logs and the report")
     duration_s: float = setting("duration [s]", above=0)
@@ -57,7 +57,7 @@ class InteractSettings:
     probe: ProbeSettings
     script: tuple[StepSettings, ...] = setting("the steps, one after the other, from rest at home")
     max_error_m: float = setting(
-        "the run stops where the tool is farther than this from its reference, across a wanted force [m]", above=0
+        "the run stops where the tool is farther than this from its reference, across a desired force [m]", above=0
     )
     sensor_hz: float = setting("bandwidth to which the force at the wrist is filtered, of first order [Hz]", above=0)
     gravity_m_s2: float = setting("gravity, along -z of the world [m/s^2]", at_least=0)

@@ -15,8 +15,8 @@ class LineSettings:
     """The line along x of the swing-up and the catch, which a searched placement keeps in reach."""
 
     half_width_m: float = setting("maximum distance of the cup from the line's centre [m]", above=0)
-    max_speed_m_s: float = setting("largest speed of the cup on the line [m/s]", above=0)
-    acceleration_m_s2: float = setting("largest acceleration of the cup on the line [m/s^2]", above=0)
+    max_speed_m_s: float = setting("maximum speed of the cup on the line [m/s]", above=0)
+    acceleration_m_s2: float = setting("maximum acceleration of the cup on the line [m/s^2]", above=0)
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ class RobotSettings:
     base_position_m: tuple[float, float, float] = setting("position of the base link in the world [m]")
     base_heading_rad: float = setting("turn of the base link about the world's z; the swing plane is x-z [rad]")
     home_rad: tuple[float, ...] | None = setting(
-        "posture with the cup upright where a swing starts; null: the middle of the joints' ranges [rad]"
+        "posture with the cup upright where a swing starts; null: the centre of the joints' ranges [rad]"
     )
     lower_rad: tuple[float, ...] | None = setting("lower position limits; null: the file's [rad]", absent=None)
     upper_rad: tuple[float, ...] | None = setting("upper position limits; null: the file's [rad]", absent=None)
@@ -125,7 +125,7 @@ class Imperfection:
     )
     ball_start_m: float = setting("uniform +- offset of the ball's start along x, drawn at every reset [m]", at_least=0)
     joint_friction_nm: float = setting("Coulomb friction of every joint that nobody models [Nm]", at_least=0)
-    joint_friction_fraction: float = setting("share of each joint's known friction that comes on top of it", at_least=0)
+    joint_friction_fraction: float = setting("fraction of each joint's known friction on top of it", at_least=0)
     lag_s: float = setting("first-order lag of the reference [s]", at_least=0)
     latency_s: float = setting("pure delay of the command [s]", at_least=0)
     joint_noise_rad: float = setting("standard deviation of the joint angle readings [rad]", at_least=0)
@@ -141,7 +141,7 @@ class Imperfection:
     drift_s: float = setting("time over which that error forgets itself [s]", above=0)
     tracking_delay_s: float = setting("the tracked ball and cup are so old when they are reported [s]", at_least=0)
     tracking_lost_fraction: float = setting(
-        "share of the periods in which ball and cup are not tracked and stay where they were reported last",
+        "fraction of the periods in which ball and cup are not tracked and stay where they were reported last",
         at_least=0,
         below=1,
     )

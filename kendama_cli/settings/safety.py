@@ -12,7 +12,7 @@ from kendama_cli.schema.settings import setting
 class SafetySettings:
     """Allowed along the whole motion; places are in the world, whose origin is where the table of the game stands."""
 
-    limit_ratio: float = setting("largest share of a speed, acceleration or effort limit", above=0, at_most=1)
+    limit_ratio: float = setting("maximum fraction of a speed, acceleration or effort limit", above=0, at_most=1)
     to_stop_rad: float = setting("least distance of a joint from its stops [rad]", at_least=0)
     gap_m: float = setting("least gap between two parts of the arm, or to the table [m]", at_least=0)
     table_height_m: float = setting("height of the table or floor over which all but the pedestal stays [m]")

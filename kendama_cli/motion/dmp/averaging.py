@@ -51,7 +51,7 @@ class Encoding:
         default).
 
         End velocities are averaged as rates (dy/ds = velocity x duration), as the weights are: so the average
-        primitive's path is the average of the paths at equal shares of their durations. ``variation`` keeps how the
+        primitive's path is the average of the paths at equal fractions of their durations. ``variation`` keeps how the
         members differ.
         """
         chosen = list(range(len(self))) if members is None else list(members)

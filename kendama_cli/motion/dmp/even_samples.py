@@ -26,7 +26,7 @@ from kendama_cli.motion.dmp.response_columns import ResponseColumns, cell_rows, 
 from kendama_cli.schema.arrays import Array
 
 _POINTS, _SHARES = 0.5 * np.array(np.polynomial.legendre.leggauss(6)) + np.array([[0.5], [0.0]])
-"""Gauss's points and shares of a cell: exact for products of quintics."""
+"""Gauss's points and fractions of a cell: exact for products of quintics."""
 
 
 @dataclass(frozen=True)

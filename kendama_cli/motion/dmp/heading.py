@@ -12,7 +12,7 @@ from kendama_cli.motion.dmp.primitive import play
 from kendama_cli.schema.arrays import Array
 
 SETTLE_SHARE = 0.5
-"""After the motion the primitive settles on its goal; this share of its duration is enough to come to rest."""
+"""After the motion the primitive settles on its goal; this fraction of its duration is enough to come to rest."""
 
 RESTING_M_S = 1e-6
 """A motion that begins slower than this begins at rest."""
@@ -108,7 +108,7 @@ def turned_plan(plan: MotionPlan, angle_rad: float) -> MotionPlan:
     """Return ``plan``, of coordinates of space, turned by ``angle_rad`` about z; turned at all it has all of them.
 
     A primitive is linear in its places, velocities and weights together (equations.md eq. 3), and so is the
-    rotation vector of its cup in those of its turn.
+    rotation vector of its cup in those of its rotation.
     """
     if angle_rad == 0.0:
         return plan

@@ -19,7 +19,7 @@ WINDOWS = 12
 """The part that is found changes with the window by about its length: a tenth of the error is left each time."""
 
 STILL_SHARE = 0.2
-"""Below this share of the resting speed an end is at rest; above it, the fit must decide."""
+"""Below this fraction of the resting speed an end is at rest; above it, the fit must decide."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def _crossing(t_s: Array, above: Array, inside: int, outside: int) -> float:
 MIN_SAMPLES = 5
 
 LONGEST_GAP = 0.1
-"""Share of the motion that may be missing in one piece: two basis functions of twenty still see its ends."""
+"""Fraction of the motion that may be missing in one piece: two basis functions of twenty still see its ends."""
 
 
 @dataclass(frozen=True)
@@ -209,7 +209,7 @@ def between_samples_m(position_m: Array) -> float:
 
 
 def common_margins(t_s: Sequence[Array], moving: Sequence[Moving], wanted: float) -> tuple[float, float]:
-    """Return the fractions of rest that all demonstrations have before and after their motion, at most ``wanted``
+    """Return the fractions of rest that all demonstrations have before and after their motion, at most ``desired``
     each.
 
     The same share for all: so their motions begin and end at the same shares and can be averaged.

@@ -29,7 +29,7 @@ PRICES = 10.0 ** np.arange(-16.0, -5.5, 0.5)
 """lambda: from a price that only holds what no sample holds to one that leaves a single bend."""
 
 LEAST_FREEDOM = 0.2
-"""Share of the samples that must be left when the degrees of freedom are taken: fewer cannot tell noise from motion."""
+"""Fraction of the samples that must remain without the degrees of freedom: fewer cannot tell noise from motion."""
 
 ONE_THREAD = 250_000
 """Products of fewer multiplications stay on one thread in BLAS, which here is faster and never waits for a core."""
@@ -86,7 +86,7 @@ class Operator:
     shrink: Array
     """(W, L, p): 1 / (1 + lambda n jerk)"""
     kept: Array
-    """(W, L, p): 2 shrink - shrink^2, the share of a component's square that leaves the residual"""
+    """(W, L, p): 2 shrink - shrink^2, the fraction of a component's square that leaves the residual"""
     freedom: Array
     """(W, L): n - dof"""
 

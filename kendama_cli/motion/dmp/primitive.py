@@ -40,7 +40,7 @@ from kendama_cli.motion.dmp.integration import Solution, settle, solve
 from kendama_cli.schema.arrays import Array
 
 ROLL_OUT = 0.15
-"""Share of the duration in which a goal that still moves at the end comes to rest, by half of that way."""
+"""Fraction of the duration in which a goal that still moves at the end comes to rest, by half of that way."""
 
 
 @dataclass(frozen=True)

@@ -32,9 +32,9 @@ class EncodeSettings:
     smoothing_s: float = setting("window of the local cubics that give lwr and ridge derivatives and ends [s]", above=0)
     trim: Literal["rest", "none"] = setting("rest: cut resting heads and tails, found by motion; none: keep all rows")
     rest_speed_m_s: float = setting("below this speed the hand rests [m/s]", above=0)
-    rest_fraction: float = setting("the hand also rests below this share of its peak speed", at_least=0, below=0.5)
+    rest_fraction: float = setting("the hand also rests below this fraction of its peak speed", at_least=0, below=0.5)
     margin_fraction: float = setting(
-        "rest that is kept before and after the motion, as a share of it, where every demonstration has some",
+        "rest that is kept before and after the motion, as a fraction of it, where every demonstration has some",
         at_least=0,
         at_most=1,
     )

@@ -30,7 +30,7 @@ SEED = 1
 """Of the search's own random numbers: one motion and one arm have one placement, whatever the run's seed."""
 SAMPLE_S = 0.02
 LINE_WEIGHT = 0.35
-"""The line of the swing-up and the catch may need all of the limits where the motion needs this share of them."""
+"""The line of the swing-up and the catch may need all of the limits where the motion needs this fraction of them."""
 WORKABLE = 1.0
 
 
@@ -73,7 +73,7 @@ def find_placement(
 
     With a ``line`` it also keeps that within reach, on which the swing-up is learned and the ball caught. ``effort``
     scales the time that is spent; the same call finds the same placement. ``progress`` is called with starts done,
-    starts in all and the least cost so far (the largest share of a speed limit, or 0.6 of that of an acceleration or
+    starts in all and the least cost so far (the maximum fraction of a speed limit, or 0.6 of that of an acceleration or
     effort limit). Raises StageError where the motion leaves the workspace, saying where and how far.
     """
     path = CupPath(plan, lead_in_m_s2)

@@ -25,7 +25,7 @@ UNITS = {"speed": "rad/s", "acceleration": "rad/s^2", "effort": "Nm"}
 
 @dataclass(frozen=True)
 class Leading:
-    """The joint that needs the largest ``share`` of one kind of limit, and in words why that limit is in ``doubt``."""
+    """The joint that needs the maximum ``share`` of one kind of limit, and in words why that limit is in ``doubt``."""
 
     kind: str
     joint: str
@@ -54,7 +54,7 @@ class LimitRatios:
 
     @property
     def leading(self) -> tuple[Leading, ...]:
-        """The leading joint of each kind of limit, the largest share first."""
+        """The leading joint of each kind of limit, the maximum share first."""
         found = []
         kinds = (self.velocity, self.acceleration, self.effort)
         for kind, fractions, limits, doubt in zip(UNITS, kinds, self.limits, self.doubts, strict=True):

@@ -34,7 +34,7 @@ WEIGHT_DECADES = 1.5
 """Redundancy weights are searched within these powers of ten about the inverse squares of the speed limits."""
 REST_SHARE = 0.6
 """What accelerations and efforts of a motion count beside speeds: an effort is mostly the arm's own weight, which grows
-with no tempo, and an acceleration limit is met for an instant only."""
+with no time scale, and an acceleration limit is met for an instant only."""
 CLEARANCE_EVERY = 8
 MARGIN_M = 0.01
 """Clearance that is kept beside every part for what the capsules do not show."""
@@ -113,8 +113,8 @@ class _Try(NamedTuple):
 class PlacementProblem:
     """Cost of a placement of ``robot`` for ``demands``; candidates are points of the unit cube.
 
-    The cost is the largest share of a speed limit (or ``rest_fraction`` of the largest share of an acceleration or
-    effort limit), and far more where the arm does not reach, meets a stop, itself, its pedestal, the floor or the
+    The cost is the maximum fraction of a speed limit (or ``rest_fraction`` of the maximum fraction of an acceleration
+    or effort limit), and far more where the arm does not reach, meets a stop, itself, its pedestal, the floor or the
     ball's swing.
     """
 

@@ -59,6 +59,6 @@ def _radii(arm: RobotModel, game: GameSettings, *, links: bool) -> Array:
     cup: CupSettings = game.cup
     # staves are longer than the arc between them
     around_m = float(np.hypot(cup.outer_radius_m / np.cos(np.pi / cup.staves), cup.rim_m / 2))
-    # the link's handle ends at the cup's place, half the cup's height beside the point that is taken for its end
+    # the link's handle ends at the cup's position, half the cup's height beside the point that is taken for its end
     parts = [*arm.link_radius_m, HANDLE_RADIUS_M + cup.rim_m / 2] if links else [-np.inf] * (len(arm.joint_names) + 1)
     return np.array([*parts, around_m]) + game.ball.radius_m

@@ -19,7 +19,7 @@ from kendama_cli.schema.arrays import Array
 class WorldErrors:
     """Errors of one world against its controller's beliefs (see settings.robot.Imperfection).
 
-    The rope is ``rope_scale`` times as long as the game's, and ``ball_start_m`` is how far the ball hangs aside.
+    The rope is ``rope_scale`` times as long as the game's, and ``ball_start_m`` is the ball's offset as it hangs.
     ``rope_kg`` is the mass of its chain of links, None as in the game (0: a spring without mass).
     ``joint_friction_nm`` is Coulomb friction of every joint beyond the known one, ``joint_friction_fraction`` the share
     of each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game;
@@ -66,7 +66,7 @@ class ErringArm:
     """Reference of an erring drive in the place of the samples of ``joints``, or of commands in their place.
 
     The cup's error is carried to the joints along ``joints``: dq = J^+ e, the cup's tilt as it is. It is no command,
-    so that the drive's limits do not bound it; the angles are misread by as much as makes the arm err by dq.
+    so that the drive's limits do not bound it; the angles are read with an error by as much as makes the arm err by dq.
     """
 
     def __init__(self, arm: RobotModel, joints: JointTrajectory, errors: ArmErrors, step_s: float) -> None:

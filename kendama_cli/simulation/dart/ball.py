@@ -83,8 +83,8 @@ def _inertia(mass_kg: float, radius_m: float) -> Any:
 class TetheredBall:
     """The ball m z'' = f_r + f_a + m g (eq. 1) on the rope to the cup of ``arm``, which feels the reaction.
 
-    ``position_m`` and ``velocity_m_s`` (3,) are the ball's, ``tie_m`` and ``tie_m_s`` (3,) those of the cup's place, in
-    the world; ``tension_n`` is the rope's pull in the last step, 0 where it is slack. ``rope``, ``pulled`` and
+    ``position_m`` and ``velocity_m_s`` (3,) are the ball's, ``tie_m`` and ``tie_m_s`` (3,) those of the cup's position,
+    in the world; ``tension_n`` is the rope's tension in the last step, 0 where it is slack. ``rope``, ``pulled`` and
     ``force_n`` are the arrays on which compiled code works (rope_kernel.pull).
     """
 
@@ -169,7 +169,7 @@ class TetheredBall:
         return is_inside(pose.rotation().T @ (self.position_m - pose.translation()), self.game.cup)
 
     def react(self) -> None:
-        """Let the pull of this step, or of the last one again, act on the cup, where the rope leaves it."""
+        """Let the tension of this step, or of the last one again, act on the cup, where the rope leaves it."""
         self._tie.addExtForce(self._reaction, self._pivot_m, False, False)
 
     def observe(self) -> None:
@@ -190,18 +190,18 @@ class TetheredBall:
 
     @property
     def tie_m_s(self) -> Array:
-        """The velocity of the cup's place (3,)."""
+        """The velocity of the cup's position (3,)."""
         velocity: Array = self._tie.getCOMLinearVelocity()
         return velocity
 
     @property
     def tension_n(self) -> float:
-        """The rope's pull in the last step [N]."""
+        """The rope's tension in the last step [N]."""
         return float(self.pulled[rope_kernel.TENSION])
 
     @property
     def rope_m(self) -> float:
-        """The rope's length, untensioned, as it was drawn [m]."""
+        """The rope's length, untensioned, as it was sampled [m]."""
         return self._law.length_m
 
     @property
@@ -236,6 +236,6 @@ def _knot_m(cup: Any, knot: Array) -> Array:
 
 
 def _with_knot(cup: Any, knot: Array, axis: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Place and velocity (6,) of a point of the cup's ``axis``, and after them of its place ``knot`` (3,)."""
+    """Place and velocity (6,) of a point of the cup's ``axis``, and after them of its position ``knot`` (3,)."""
     place_m = np.concatenate([axis[0], _knot_m(cup, knot)])
     return place_m, np.concatenate([axis[1], cup.getLinearVelocity(knot)])

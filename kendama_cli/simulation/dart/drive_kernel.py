@@ -28,7 +28,7 @@ POSITION, VELOCITY, MEAN = range(3)
 ROUNDING = 1e-9
 """Relative room for rounding in an acceleration that is just within its limit."""
 LEAST_MARGIN = 0.2
-"""Share of the acceleration limit that is left for catching up where the reference itself needs nearly all of it."""
+"""Fraction of the acceleration limit that is left for catching up where the reference itself needs nearly all of it."""
 CHANGED_RAD = 1e-9
 """A reference that was moved by less than this counts as unchanged."""
 BISECTIONS = 40

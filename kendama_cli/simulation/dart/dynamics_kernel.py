@@ -44,7 +44,7 @@ def move_chain(  # noqa: PLR0912, PLR0915, PLR0917
         link = links[i]
         x, y, z = link[AXIS], link[AXIS + 1], link[AXIS + 2]
         cosine, sine = math.cos(position_rad[i]), math.sin(position_rad[i])
-        for r in range(3):  # Rodrigues' turn about the axis, after the turn so far
+        for r in range(3):  # Rodrigues' rotation about the axis, after the rotation so far
             p, q, s = rotation[r, 0], rotation[r, 1], rotation[r, 2]
             along = p * x + q * y + s * z
             screws[i, r] = along
@@ -148,7 +148,7 @@ def carry_rotors(screws: Array, velocity_rad_s: Array, change: Array, rotor: Arr
 
     DART knows no armature: each rotor J_i is in the link that it turns, about the axis a_i, so that impacts meet it,
     but the joints before it feel it too. ``change`` (n,) is q'' as it shall be with J_i on the diagonal alone; w_i and
-    dw_i are the link's rate of turn and its change.
+    dw_i are the link's angular velocity and its change.
     """
     n = force.size
     w, dw, total, moments = np.zeros(3), np.zeros(3), np.zeros(3), np.empty((n, 3))

@@ -26,7 +26,7 @@ PLACE = 4
 
 @dataclass(frozen=True)
 class HandMoment:
-    """All that a HandWorld is at one moment; see ``HandWorld.go_back``."""
+    """All that a HandWorld is at one instant; see ``HandWorld.go_back``."""
 
     place: Array
     place_s: Array
@@ -88,7 +88,7 @@ class HandWorld:
         return HandMoment(self.place, speeds, self.ball.position_m, self.ball.velocity_m_s, self.force_n, self._steps)
 
     def go_back(self, to: HandMoment) -> None:
-        """Restore that moment of this world; what follows may differ in rounding from what followed before."""
+        """Restore that state of this world; what follows may differ in rounding from what followed before."""
         self.place, self.force_n, self._steps = to.place, to.force_n, to.steps
         self.t_s = self._steps * STEP_S
         self._skeleton.setPositions(self.place)

@@ -41,7 +41,7 @@ class Descent:
 class FlightRecord:
     """Watches ``ball`` step by step, from hanging still at time 0; the catch is planned from ``catch_from_s`` on.
 
-    ``apex_m`` is the largest height of its centre over the cup's place.
+    ``apex_m`` is the maximum height of its centre over the cup's position.
     """
 
     def __init__(self, ball: TetheredBall, catch_from_s: float = 0.0) -> None:
@@ -102,7 +102,7 @@ BEFORE_FLIGHT_S = 0.3
 can be repeated from it."""
 
 PLANNED_EVERY = 20
-"""Steps between two samples of the cup's planned way."""
+"""Steps between two samples of the cup's planned path."""
 
 
 @dataclass(frozen=True)
@@ -144,11 +144,11 @@ class RolloutResult:
     """The outcome of a rollout.
 
     The ball is ``caught`` if it is in the cup at the end, and its descent next to the planned catch led it there: the
-    first on a slack rope after CATCH_SHARE of the cup's planned way (rim_crossing). ``caught_later`` names what is in
+    first on a slack rope after CATCH_SHARE of the cup's planned path (rim_crossing). ``caught_later`` names what is in
     the cup otherwise. ``signed_miss_m`` is the ball's place along x beside the cup's axis as that descent reaches the
     rim's plane, None without one; ``side_miss_m`` is the same along y. ``flight_s`` is when the rope went slack for
     that flight and when it ended there; ``swing_slack_s`` is the longest time for which it was slack before.
-    ``apex_m`` is the largest height of the ball's centre over the rim. The shares are the peaks of speed and torque
+    ``apex_m`` is the maximum height of the ball's centre over the rim. The shares are the peaks of speed and torque
     over their limits, ``effort_joint`` the joint whose torque came nearest to its own.
     """
 
@@ -178,7 +178,7 @@ def play_rollout(
     """Play ``joints``, sampled every STEP_S, from rest with the ball hanging; the world keeps its perturbation.
 
     The arm follows ``joints``, or what ``correction`` makes of them, with its ``errors``. ``noise_rad`` is the standard
-    deviation of the angles read, drawn from ``rng``. Raises SimulationError.
+    deviation of the angles read, sampled from ``rng``. Raises SimulationError.
     """
     world.reset(joints.position_rad[0])
     positions, speeds, changes = (

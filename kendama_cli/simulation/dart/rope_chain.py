@@ -64,7 +64,7 @@ class RopeChain(NoChain):
         self.arrays = nodes, cup_sections_m(game.cup), numbers
 
     def lay(self, tie: tuple[Array, Array], ball: tuple[Array, Array], axis: Array) -> None:
-        """Lay it the shortest way from ``tie`` to ``ball``, places and velocities (3,), round the cup."""
+        """Lay it the shortest way from ``tie`` to ``ball``, positions and velocities (3,), round the cup."""
         nodes, _, numbers = self.arrays
         (tie_m, tie_m_s), (ball_m, ball_m_s) = tie, ball
         nodes[:, rope_chain_kernel.NODE : rope_chain_kernel.NODE_SPEED] = tie_m + laid(

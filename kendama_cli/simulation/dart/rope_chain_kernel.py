@@ -31,7 +31,7 @@ def _depth(out: float, up: float, solid: Array, at: Array) -> None:
     """Compute the depth of a point ``out`` from the cup's axis, ``up`` over the tie, and the way out, into ``at``.
 
     ``at`` (3,) are the depth, negative outside, and the normal's parts away from the axis and along it. ``solid``
-    (k, 4) are the boxes, least and largest of both, that turned about the axis make the cup; their corners are round.
+    (k, 4) are the boxes, minimum and maximum of both, that turned about the axis make the cup; their corners are round.
     """
     at[0] = -1.0
     for k in range(solid.shape[0]):
@@ -53,7 +53,7 @@ def _depth(out: float, up: float, solid: Array, at: Array) -> None:
 def _tensions(  # noqa: PLR0912
     diagonal: Array, beside: Array, wanted: Array, pull: Array
 ) -> None:
-    """Solve for the ``pull`` >= 0 of every link with  A pull >= wanted, equal where it pulls; A is tridiagonal.
+    """Solve for the ``pull`` >= 0 of every link with  A pull >= desired, equal where it pulls; A is tridiagonal.
 
     Links that would shorten by themselves do not push. ``beside`` are the terms beside the diagonal of A, which are not
     positive in a chain that is not folded: then links are only ever added to those that pull (R. Chandrasekaran, A

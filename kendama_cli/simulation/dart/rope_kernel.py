@@ -64,9 +64,9 @@ def pull(  # noqa: PLR0917 - plain numbers and arrays, as compiled code takes th
     pulled: Array,
     force: Array,
 ) -> bool:
-    """Put the rope's pull (physics.rope.rope_pull) into ``pulled`` and its sum with the drag into ``force`` (3,).
+    """Put the rope's tension (physics.rope.rope_pull) into ``pulled`` and its sum with the drag into ``force`` (3,).
 
-    ``up_m`` and ``up_m_s`` (3,) are place and velocity of a point of the cup on its axis, over the tie; ``rope`` holds
+    ``up_m`` and ``up_m_s`` (3,) are those of a point of the cup on its axis, over the tie; ``rope`` holds
     the ``rope_constants``, the drag k1, k2 and the height of that point. With a tie on the wall ``rope`` has its height
     too, ``tie_m`` is the place under it on the axis, and ``up_m`` and ``up_m_s`` (6,) go on with those of the tie.
     False where the ball has gone far away.

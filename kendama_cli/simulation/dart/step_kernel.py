@@ -27,8 +27,8 @@ NEAR_M, NEAR_S, NEAR_RAD, NEAR_SPEED = 0.02, 0.002, 0.02, 0.9
 """In one step of 1 ms no part of an arm comes nearer than the first to a ball that stands, a moving ball in addition no
 nearer than its way in the second; no joint goes farther than the third, or from the fourth of its top speed to all."""
 ROOT, MIDDLE, TIE, OVER, KNOT = range(5)
-"""Marks on the last link: its joint's origin, the cup's middle, its place (the tie, if on the axis), the point of the
-axis 1 m over it, and a tie on the wall."""
+"""Marks on the last link: its joint's origin, the cup's middle, its position (the tie, if on the axis), the point of
+the axis 1 m over it, and a tie on the wall."""
 
 
 @compiled_as(float64(READ, READ, READ))

@@ -105,7 +105,7 @@ class ArmSwing:
 
     @property
     def tension_n(self) -> float:
-        """The rope's pull in the step that led here [N]."""
+        """The rope's tension in the step that led here [N]."""
         return self._world.ball.tension_n
 
     @property

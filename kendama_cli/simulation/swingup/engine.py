@@ -12,12 +12,12 @@ from kendama_cli.physics.taut_rope import Ball, rope_angle, rope_rate
 class SwingEngine(Protocol):
     """A cup that moves along x and a ball on a rope tied to it, in the plane of the swing.
 
-    After ``start`` and every ``step`` the attributes hold the present state. The ball's place and velocity are relative
-    to the tie point: ``across_m`` along x, ``above_m`` along z, the tie point's own velocity taken off.
+    After ``start`` and every ``step`` the attributes hold the present state. The ball's position and velocity are
+    relative to the tie point: ``across_m`` along x, ``above_m`` along z, the tie point's own velocity taken off.
     """
 
     x_m: float
-    """The cup's position along x, 0 in the middle of the workspace."""
+    """The cup's position along x, 0 in the centre of the workspace."""
     velocity_m_s: float
     """The cup's velocity along x."""
     across_m: float
@@ -31,7 +31,7 @@ class SwingEngine(Protocol):
 
     @property
     def tension_n(self) -> float:
-        """The rope's pull in the step that led here [N]; 0 where it is slack."""
+        """The rope's tension in the step that led here [N]; 0 where it is slack."""
 
     @property
     def in_cup(self) -> bool | None:

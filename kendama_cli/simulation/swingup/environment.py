@@ -94,7 +94,7 @@ class SwingUpEnvironment:
     def rolling(self, noise: RolloutNoise, on_step: StepCallback | None = None) -> Rolling:
         """Play a rollout from inside out: yield each reading and its time, and be sent the answer.
 
-        The answer is the wanted acceleration and the time before which no further reading is needed.
+        The answer is the desired acceleration and the time before which no further reading is needed.
         """
         settings = self.settings.with_workspace_scale(noise.workspace_scale)
         swing, step_s = self._swing, self._step_s

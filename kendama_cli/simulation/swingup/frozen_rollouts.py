@@ -46,9 +46,9 @@ class WatchedRollout:
 
 
 class FrozenRollouts:
-    """Rollouts in one world, computed ahead and handed out in their order; in compiled code each when its turn comes.
+    """Rollouts in one simulation, computed ahead, in their order; in compiled code each when it is due.
 
-    Noise is drawn from the stream as if each rollout drew its own when its turn came. So neither results nor
+    Noise is sampled from the stream as if each rollout drew its own when it was due. So neither results nor
     checkpoints depend on how many processes there are, or on how far ahead they were.
     """
 
@@ -168,7 +168,7 @@ _SEED = 324
 
 @functools.lru_cache(maxsize=16)
 def random_success_rate(settings: LearnSettings, game: GameSettings) -> float:
-    """Share of ROLLOUTS rollouts, each driven by a newly drawn harmonic on the rail, that succeed; always the same."""
+    """Fraction of ROLLOUTS rollouts on the rail that succeed, each driven by a newly sampled harmonic."""
     drawing = dataclasses.replace(settings, learner=RandomSettings("random"), engine=RailEngine("rail"))
     environment, learner = SwingUpEnvironment(drawing, without_rope_mass(game)), begin_learner(drawing)
     noise_rng, harmonic_rng = np.random.default_rng([_SEED, 1]), np.random.default_rng([_SEED, 2])

@@ -175,7 +175,7 @@ class CompiledRail:
 
     @property
     def tension_n(self) -> float:
-        """The rope's pull in the step that led here [N]."""
+        """The rope's tension in the step that led here [N]."""
         return math.hypot(self.numbers[6], self.numbers[7])
 
     @property

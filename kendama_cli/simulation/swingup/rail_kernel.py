@@ -29,7 +29,7 @@ Record = Any
 DUE, GOAL, OUTSIDE, TIMEOUT = 0, 1, 2, 3
 """How ``hold`` ends: a decision is due, or the swing-up is over (GOAL: in the window, or released there)."""
 PEAK, HALF_SWINGS, TOWARDS, SLACK = 0, 1, 2, 3
-"""Places in a rollout's tally: largest |x|, half-swings, direction (-1, 0, 1) of the present one, slack steps."""
+"""Places in a rollout's tally: maximum |x|, half-swings, direction (-1, 0, 1) of the present one, slack steps."""
 TALLY = 4
 LONGEST_FLIGHT = 1000
 """Steps after which a flight is given up."""

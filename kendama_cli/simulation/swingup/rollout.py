@@ -19,7 +19,7 @@ Numbers = Sequence[float] | NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RolloutNoise:
-    """All that is random in one rollout, drawn beforehand: what is learned meanwhile does not change it."""
+    """All that is random in one rollout, sampled beforehand: what is learned meanwhile does not change it."""
 
     start_angle_rad: float
     start_position_m: float

@@ -21,7 +21,7 @@ from kendama_cli.stages.adapt.logged import log_attempt, log_repeat
 from kendama_cli.stages.interface import StageContext
 
 Shifts = tuple[float, float]
-"""Distance of the cup from its plan [m]: at the catch, and the largest."""
+"""Distance of the cup from its plan [m]: at the catch, and the maximum."""
 
 
 class Trials:

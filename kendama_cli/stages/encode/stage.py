@@ -49,8 +49,8 @@ class Encode:
 
         ``rmse_mm`` (pooled over all samples) and ``max_error_mm`` (of the worst sample) are between each
         demonstration and its own primitive; ``spread_mm`` is the rms distance of the demonstrations' primitives from
-        their average at equal shares, ``spread_max_mm`` the largest; ``outliers`` names the demonstrations that stand
-        apart, which are left out where ``encode.outliers`` is ``drop``. Raises StageError, naming the
+        their average at equal fractions, ``spread_max_mm`` the maximum; ``outliers`` names the demonstrations that
+        stand apart, which are left out where ``encode.outliers`` is ``drop``. Raises StageError, naming the
         demonstration, where one cannot be encoded or has too few samples, and InputError for a plan that cannot be
         read.
         """

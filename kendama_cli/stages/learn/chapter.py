@@ -115,7 +115,7 @@ def _table(log: StageLog) -> Panel | None:
         return None
     q = q.reshape(positions * velocities, angles, rates, len(actions)).transpose(0, 2, 1, 3)
     best = np.where(np.ptp(q, axis=-1) == 0, -1, q.argmax(axis=-1)).reshape(positions * velocities * rates, angles)
-    best = np.roll(best, angles // 2, axis=1)  # hanging (0) in the middle
+    best = np.roll(best, angles // 2, axis=1)  # hanging (0) in the centre
     shades = ["#0b4a78", "#63a6d6", "#f3efe6", "#f0a04b", "#a63c00"]
     picked = [shades[round(4 * n / max(1, len(actions) - 1))] for n in range(len(actions))]
     left = -(angles // 2 + 0.5) * 360 / angles

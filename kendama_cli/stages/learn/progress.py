@@ -61,12 +61,12 @@ class LearnProgress:
 
     @property
     def recent_success_rate(self) -> float:
-        """Share of the last rollouts of the learning that succeeded."""
+        """Fraction of the last rollouts of the learning that succeeded."""
         return sum(self.recent) / len(self.recent)
 
     @property
     def frozen_success_rate(self) -> float:
-        """Share of the evaluation that succeeded."""
+        """Fraction of the evaluation that succeeded."""
         return len(self.successes) / self.evaluated
 
     def metrics(self) -> dict[str, Metric]:

@@ -25,7 +25,7 @@ from kendama_cli.stages.learn.progress import LearnProgress
 
 LOG_PERIOD_S = 0.004
 SOLVED_BY_CHANCE = 0.05
-"""Share of random harmonics above which a task counts as solved by chance."""
+"""Fraction of random harmonics above which a task counts as solved at random."""
 LEARNER = "learner"
 """The learner's name in a checkpoint."""
 
@@ -53,10 +53,10 @@ class Learn:
         ``rollouts_to_learned`` and ``rollouts_to_solved`` follow that rule, ``learned`` and ``solved`` say whether
         either was reached before the cap, and ``rollouts`` counts all that the policy has had. Over the evaluation's
         noisy rollouts ``frozen_caught_rate`` is the share after which the ball lay in the cup, ``frozen_success_rate``
-        the share of what the task calls a success; ``half_swings`` and ``time_to_goal_s`` are medians over the
-        successes, and ``peak_displacement_m`` is the largest of all. ``random_success_rate`` is the share of random
+        the fraction of what the task calls a success; ``half_swings`` and ``time_to_goal_s`` are medians over the
+        successes, and ``peak_displacement_m`` is the maximum of all. ``random_success_rate`` is the fraction of random
         harmonics that succeed. ``best_found_s`` and ``min_half_swings_found`` are what a search without noise found;
-        ConfigError is raised where it found nothing. Without proof nothing is raised.
+        ConfigError is raised where it found nothing. If unsolved nothing is raised.
         """
         best, chance = best_swing(self._settings, self._game), random_success_rate(self._settings, self._game)
         environment, validation = self._environments()

@@ -103,7 +103,7 @@ class FlightStudy:
         )
 
     def flight(self, number: int) -> FlightFigures:
-        """Observe one flight; after each wanted part of it, hold the prediction against the truth."""
+        """Observe one flight; after each desired part of it, hold the prediction against the truth."""
         settings, timing, loop = self._settings, self._timing, self._loop
         staged = self._stage()
         fractions = np.array(settings.observed_fractions)
@@ -178,7 +178,7 @@ class FlightStudy:
         return np.array([position_mm, time_ms])
 
     def _log(self, number: int, images: Sequence[ObservedImage], pose: CatchPose | None, *, pictured: bool) -> None:
-        """Log what was taken at one moment: images of the first flight, sightings, the truth, the estimate."""
+        """Log what was taken at one instant: images of the first flight, sightings, the truth, the estimate."""
         if not images:
             return
         exposed_s = max(image.frame.t_s for image in images)

@@ -11,7 +11,7 @@ from kendama_cli.schema.settings import setting
 class RehearseSettings:
     """Settings of the first attempts of a motion on an arm."""
 
-    speed: float = setting("share of the motion's own speed; its tau is divided by it", above=0, at_most=1)
+    speed: float = setting("fraction of the motion's own speed; its tau is divided by it", above=0, at_most=1)
     max_tracking_error_rad: float = setting(
         "a joint measured farther from what was sent to it halts the arm [rad]", above=0
     )

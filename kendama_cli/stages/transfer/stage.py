@@ -62,7 +62,7 @@ class Transfer:
         """Evaluate, learn on, evaluate again, imitate, play; what was learned survives whatever goes wrong.
 
         Raises StageError before anything moves where the policy does not fit or the motion is unsafe, HardwareError
-        where the line or the robot fails: the finished rollouts are kept, and the next run goes on from them; the one
+        where the line or the robot fails: the finished rollouts are kept, and the next run resumes from them; the one
         that broke off is logged as far as it went.
         """
         settings, learn = self._setup.transfer, self._setup.learn
@@ -97,7 +97,7 @@ class Transfer:
                         session.imitate(motion, around)
                     session.play(progress.kept(policy), setup.game, self._hardware)
                 except HardwareError:
-                    ctx.checkpoint(progress.saved, force=True)  # the next run goes on from before what broke off
+                    ctx.checkpoint(progress.saved, force=True)  # the next run resumes from before what broke off
                     session.log_broken_off()
                     raise
         result = TransferResult(
