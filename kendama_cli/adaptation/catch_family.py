@@ -168,7 +168,7 @@ def playable_tilt(arm: RobotModel, plan: MotionPlan, settings: AdaptSettings) ->
     notes = []
     if spin.max() > TOLD_SPIN_RAD and settings.tilt_fraction > 0:
         notes.append(
-            f"left out: the cup's turn about its own axis, up to {np.degrees(spin.max()):.0f} deg; the cup is round"
+            f"left out: the cup's rotation about its own axis, up to {np.degrees(spin.max()):.0f} deg; the cup is round"
         )
     fractions = [settings.tilt_fraction * less for less in LESS] if settings.tilt_fraction > 0 else []
     reason = ""

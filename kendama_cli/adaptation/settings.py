@@ -41,14 +41,14 @@ class UncertaintySettings:
         for name in ("drag_scale", "restitution", "lag_s", "cup_error_hz"):
             low, high = getattr(self, name)
             if low > high:
-                raise ConfigError(name, f"'{name}' is {[low, high]}; allowed: least, then largest")
+                raise ConfigError(name, f"'{name}' is {[low, high]}; allowed: minimum, then maximum")
 
 
 @dataclass(frozen=True)
 class SensorModelSettings:
     """Sensor model of simulated rollouts: the ball's position with noise, at a camera's rate, and late."""
 
-    rate_hz: float = setting("places of the ball per second", above=0, at_most=1000)
+    rate_hz: float = setting("positions of the ball per second", above=0, at_most=1000)
     sigma_m: tuple[float, float, float] = setting(
         "their standard deviations along x, y and z of the world [m]", above=0
     )
@@ -96,9 +96,7 @@ class PolicySettings:
     def __post_init__(self) -> None:
         first, last = self.goal_moves
         if not first < last:
-            raise ConfigError(
-                "goal_moves", f"'goal_moves' is {[first, last]}; allowed: where it begins, then where it ends"
-            )
+            raise ConfigError("goal_moves", f"'goal_moves' is {[first, last]}; allowed: start, then end")
         caught, repeats = self.stop_at
         if caught > repeats:
             raise ConfigError("stop_at", f"'stop_at' is {[caught, repeats]}; allowed: caught, then of how many")
@@ -119,7 +117,7 @@ class AdaptSettings:
     line: LineSettings
     policy: PolicySettings
     search: Literal["tau", "cma", "power", "random"] = setting(
-        "tau: windows of tau, then place and size; cma, power: the motion's shape; random: their baseline"
+        "tau: windows of tau, then goal and size; cma, power: the motion's shape; random: their baseline"
     )
     swing_scale: float = setting("factor on the motion's size with which every search begins", above=0)
     catch: Literal["visual", "open_loop"] = setting(
@@ -149,7 +147,7 @@ class AdaptSettings:
         low, high = self.tau_range
         if not low <= high:
             raise ConfigError(
-                "tau_range", f"'tau_range' is {list(self.tau_range)}; allowed: the least, then the largest"
+                "tau_range", f"'tau_range' is {list(self.tau_range)}; allowed: the minimum, then the maximum"
             )
         if not low <= self.tau_start <= high:
             raise ConfigError("tau_start", f"'tau_start' is {self.tau_start}; allowed: {low} to {high} (tau_range)")

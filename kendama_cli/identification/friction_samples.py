@@ -47,11 +47,11 @@ class Samples:
         count where it moves on throughout the window, for in a joint that sticks friction is anything, and where it is
         not at a limit of effort or speed.
 
-        Raises HardwareError where the robot tells no efforts, StageError, naming the joint, where one hardly moves.
+        Raises HardwareError where the robot reports no efforts, StageError, naming the joint, where one hardly moves.
         """
         if not recording.effort_nm.any():
             raise HardwareError(
-                "the robot tells no effort: every reading is 0 Nm, and friction is found from motor torques; "
+                "the robot reports no effort: every reading is 0 Nm, and friction is found from motor torques; "
                 "allowed: a robot that measures them: leave the stage 'identify' out of the pipeline"
             )
         period_s = float(np.diff(recording.t_s).mean())

@@ -80,12 +80,13 @@ def measure_kendama(swing: FreeSwing, game: GameSettings) -> KendamaFit:
     amplitude = float(np.abs(angles[swing.t_s < 2.0]).max(initial=0.0))
     if amplitude < LEAST_RAD:
         raise StageError(
-            f"the free swing is too small to tell the drag: it begins with {math.degrees(amplitude):.0f} deg; allowed: "
-            f"from {math.degrees(LEAST_RAD):.0f} deg (from 30 deg nothing can be known); let the ball swing higher"
+            f"the free swing is too small to measure the drag: it starts at {math.degrees(amplitude):.0f} deg; "
+            f"allowed: from {math.degrees(LEAST_RAD):.0f} deg (from 30 deg nothing can be known); "
+            "let the ball swing higher"
         )
     if swing.duration_s < LEAST_S:
         raise StageError(
-            f"the free swing is too short to tell the drag: {swing.duration_s:.1f} s; allowed: from {LEAST_S:g} s "
+            f"the free swing is too short to measure the drag: {swing.duration_s:.1f} s; allowed: from {LEAST_S:g} s "
             f"below {math.degrees(MOST_RAD):.0f} deg; let it swing longer"
         )
     k1, k2 = game.drag_per_mass
@@ -165,7 +166,7 @@ def _fitted(swing: FreeSwing, values: Array, game: GameSettings) -> _Fit:
     rms = math.sqrt(float(left @ left) / max(len(left) - 7, 1))
     if rms > 0.1 * values[0]:
         raise StageError(
-            f"no pendulum fits this swing: {1e3 * rms:.0f} mm are left; the pivot must be at rest, and the track that "
+            f"no pendulum fits this swing: {1e3 * rms:.0f} mm remain; the pivot must be at rest, and the track that "
             "of the ball"
         )
     rows = left.reshape(-1, 2)
@@ -231,8 +232,8 @@ def _swung_up(cart: CupCart, limiter: BrakingLimiter, settings: SwingMeasurement
         highest = max(highest, abs(state.angle_rad))
         if step.t_s > settings.swing_up_s:
             raise StageError(
-                f"the ball swung up to {math.degrees(highest):.0f} deg only within {settings.swing_up_s:g} s; wanted: "
-                f"{settings.reach_deg:g} deg: raise measure.acceleration_m_s2, measure.half_width_m or "
+                f"the ball swung up to {math.degrees(highest):.0f} deg only within {settings.swing_up_s:g} s; "
+                f"required: {settings.reach_deg:g} deg: raise measure.acceleration_m_s2, measure.half_width_m or "
                 "measure.swing_up_s"
             )
         adding = state.rate_rad_s * math.cos(state.angle_rad)

@@ -35,7 +35,7 @@ class SwingMeasurement:
     acceleration_m_s2: float = setting("the cup's acceleration meanwhile [m/s^2]", above=0)
     half_width_m: float = setting("the cup stays within this distance of the centre [m]", above=0)
     max_speed_m_s: float = setting("maximum speed of the cup [m/s]", above=0)
-    swing_up_s: float = setting("longest time for that [s]", above=0)
+    swing_up_s: float = setting("maximum time for that [s]", above=0)
     duration_s: float = setting("duration of the ball's free swing afterwards [s]", above=0)
     rate_hz: float = setting("rate of the samples that are kept [Hz]", above=0)
 

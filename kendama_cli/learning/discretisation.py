@@ -25,7 +25,7 @@ class StateGrid:
     """Tiles position x velocity x angle x rate; every finite state falls into exactly one cell.
 
     A cell holds its lower edge but not its upper one. The angle's bins are equal and the first is centred on 0. A
-    *mirrored* grid bins |x| and turns left and right about where x < 0: the swing is symmetric, so that what is learned
+    *mirrored* grid bins |x| and mirrors left and right where x < 0: the swing is symmetric, so that what is learned
     on one side holds on the other, and the table still distinguishes whether cup and ball move outward or inward.
     """
 

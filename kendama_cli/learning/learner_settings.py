@@ -48,5 +48,5 @@ class EnergyPumpingSettings:
     gain: float = setting("acceleration per missing energy [1/m]", above=0)
     lead_rad: float = setting("lead of the pumping over the ball's angle [rad]")
     braking: float = setting("fraction of the gain with which too much energy is taken out", at_least=0)
-    stiffness_per_s2: float = setting("pull of the cup to the centre [1/s^2]", at_least=0)
+    stiffness_per_s2: float = setting("spring of the cup toward the centre [1/s^2]", at_least=0)
     damping_per_s: float = setting("damping of the cup [1/s]", at_least=0)

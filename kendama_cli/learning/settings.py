@@ -102,7 +102,7 @@ class GridSettings:
 
     position: Literal["side", "distance", "mirrored"] = setting(
         "'side' bins the cup's position x, 'distance' bins |x| from the centre of the workspace, 'mirrored' bins |x| "
-        "and turns left and right about where x < 0"
+        "and mirrors left and right where x < 0"
     )
     position_edges_m: tuple[float, ...] = setting("edges between the bins of the cup's position [m]")
     velocity_edges_m_s: tuple[float, ...] = setting("edges between the bins of the cup's velocity [m/s]")
@@ -162,7 +162,7 @@ class LearnSettings:
     initial_q: float = setting("value of every entry of the table before learning")
     replay_passes: int = setting("times that a finished rollout is gone through again", at_least=0)
     actions_m_s2: tuple[float, ...] = setting("accelerations of the cup to choose from, rising [m/s^2]")
-    rollout_s: float = setting("longest duration of a rollout [s]", above=0)
+    rollout_s: float = setting("maximum duration of a rollout [s]", above=0)
     step_s: float = setting("time step of the dynamics and of the readings [s]", above=0)
 
     def __post_init__(self) -> None:
@@ -184,7 +184,7 @@ class LearnSettings:
         if isinstance(self.workspace, LimitedWorkspace) and self.workspace.braking_m_s2 > weaker:
             raise ConfigError(
                 "workspace.braking_m_s2",
-                f"'workspace.braking_m_s2' is {self.workspace.braking_m_s2}; allowed: at most the largest action to "
+                f"'workspace.braking_m_s2' is {self.workspace.braking_m_s2}; allowed: at most the maximum action to "
                 f"either side, {weaker}",
             )
         for key, bodies in (

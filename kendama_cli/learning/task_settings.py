@@ -21,7 +21,7 @@ class GoalSettings:
 
     angle_deg: float = setting("desired angle of the ball from hanging, on either side [deg]", above=0, at_most=180)
     tolerance_deg: float = setting("allowed deviation of the angle [deg]", above=0)
-    min_rate_rad_s: float = setting("least angular velocity away from hanging [rad/s]")
+    min_rate_rad_s: float = setting("minimum angular velocity away from hanging [rad/s]")
     max_rate_rad_s: float = setting("maximum angular velocity away from hanging [rad/s]")
     success: Literal["caught", "catchable", "reached"] = setting(
         "'caught': released there and caught; 'catchable': there with a catch predicted within reach; 'reached': there"
@@ -145,9 +145,8 @@ class CountSettings:
     learned_streak: int = setting("greedy successes in a row that count as learned", above=0)
     max_rollouts: int = setting("rollouts after which learning has failed", above=0)
     solved_streak: int = setting(
-        "greedy successes in a row that prove the policy, which is frozen then; until then, or max_rollouts, "
-        "learning goes "
-        "on",
+        "greedy successes in a row that count as solved, when the policy is frozen; until then, or max_rollouts, "
+        "learning continues",
         above=0,
     )
     evaluation_rollouts: int = setting("rollouts of the frozen policy", above=0)

@@ -46,7 +46,7 @@ def check_composed(description: Description, skeleton: Any, rotor_inertia_kg_m2:
     if smallest[:, 0].min() < LEAST_INERTIA_KG_M2:
         k = int(smallest[:, 0].argmin())
         joint = description.joint_names[int(np.abs(directions[k, :, 0]).argmax())]
-        problem = f"joint '{joint}' turns nothing that has inertia ({smallest[k, 0]:.1e} kg m^2)"
+        problem = f"joint '{joint}' moves nothing that has inertia ({smallest[k, 0]:.1e} kg m^2)"
         raise InputError(description.path, problem, remedy="check the <inertial> of the links that it moves")
     for name, link in description.tree.links.items():
         gap = _inertia_gap(bodies[name].getInertia(), link if name not in description.massless else None)

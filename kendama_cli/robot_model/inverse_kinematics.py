@@ -79,7 +79,7 @@ def follow_path(
     """Return the joint angles (k, n) along the path ``cup_m`` (k, 3), each found from the one before.
 
     The cup is upright, or its axis points along ``axes`` (k, 3). Raises StageError where the arm cannot reach or,
-    naming the joint and its limit, where a position limit stands in the way; the instant is named where ``t_s`` (k,)
+    naming the joint and its limit, where a position limit forbids it; the instant is named where ``t_s`` (k,)
     is given.
     """
     angles = np.empty((len(cup_m), len(start_rad)))

@@ -188,7 +188,7 @@ class GameSettings:
             raise ConfigError(
                 "rope.length_m",
                 f"'rope.length_m' is {self.rope.length_m}: the cup is too wide for it; allowed: above {around_m:.4g}, "
-                "the way from the tie point round the cup to the middle of its mouth; lengthen the rope or choose a "
+                "the path from the tie point round the cup to the centre of its mouth; lengthen the rope or choose a "
                 "smaller cup (cup.radius_m, cup.depth_m)",
             )
 

@@ -60,9 +60,9 @@ class RobotSettings:
         "link that stands at the base pose, what is before it left out; null: the root link"
     )
     tip_link: str | None = setting("link that holds the handle; null: the tool frame at the end of the longest chain")
-    locked_joints: tuple[str, ...] = setting("joints on the way to the tip that are held where they are, as a lift is")
+    locked_joints: tuple[str, ...] = setting("joints before the tip that are locked where they are, as a lift is")
     base_position_m: tuple[float, float, float] = setting("position of the base link in the world [m]")
-    base_heading_rad: float = setting("turn of the base link about the world's z; the swing plane is x-z [rad]")
+    base_heading_rad: float = setting("rotation of the base link about the world's z; the swing plane is x-z [rad]")
     home_rad: tuple[float, ...] | None = setting(
         "posture with the cup upright where a swing starts; null: the centre of the joints' ranges [rad]"
     )
@@ -117,13 +117,15 @@ class Imperfection:
     """Difference between a simulated robot and its controller's model: a twin, or one perturbed repeat."""
 
     rope_scale: float = setting("factor on the rope's length", above=0)
-    rope_scale_spread: float = setting("uniform +- spread of that factor, drawn at every reset", at_least=0, below=1)
+    rope_scale_spread: float = setting("uniform +- spread of that factor, sampled at every reset", at_least=0, below=1)
     rope_kg: float | None = setting(
         "mass of the rope as a chain of links; null: as the game's, 0: a spring without mass [kg]",
         at_least=0,
         at_most=0.02,
     )
-    ball_start_m: float = setting("uniform +- offset of the ball's start along x, drawn at every reset [m]", at_least=0)
+    ball_start_m: float = setting(
+        "uniform +- offset of the ball's start along x, sampled at every reset [m]", at_least=0
+    )
     joint_friction_nm: float = setting("Coulomb friction of every joint that nobody models [Nm]", at_least=0)
     joint_friction_fraction: float = setting("fraction of each joint's known friction on top of it", at_least=0)
     lag_s: float = setting("first-order lag of the reference [s]", at_least=0)
@@ -132,7 +134,7 @@ class Imperfection:
     ball_noise_m: float = setting("standard deviation of the tracked ball and cup, per axis [m]", at_least=0)
     mass_scale: float = setting("factor on the ball's mass", above=0)
     drag_scale: float = setting("factor on the air's force", at_least=0)
-    tie_friction_m: float = setting("moment of the rope's friction at its tie, over its pull [m]", at_least=0)
+    tie_friction_m: float = setting("moment of the rope's friction at its tie, over its tension [m]", at_least=0)
     gravity_tilt_rad: float = setting("gravity leans so far toward +x in the frame of arm and cameras [rad]")
     backlash_rad: float = setting("play of every joint between motor and link, from end to end [rad]", at_least=0)
     drift_m: float = setting(

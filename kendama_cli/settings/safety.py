@@ -13,8 +13,8 @@ class SafetySettings:
     """Allowed along the whole motion; places are in the world, whose origin is where the table of the game stands."""
 
     limit_ratio: float = setting("maximum fraction of a speed, acceleration or effort limit", above=0, at_most=1)
-    to_stop_rad: float = setting("least distance of a joint from its stops [rad]", at_least=0)
-    gap_m: float = setting("least gap between two parts of the arm, or to the table [m]", at_least=0)
+    to_stop_rad: float = setting("minimum distance of a joint from its stops [rad]", at_least=0)
+    gap_m: float = setting("minimum gap between two parts of the arm, or to the table [m]", at_least=0)
     table_height_m: float = setting("height of the table or floor over which all but the pedestal stays [m]")
     cup_low_m: tuple[float, float, float] = setting("lower corner of the box that the cup's tie point stays in [m]")
     cup_high_m: tuple[float, float, float] = setting("upper corner of that box [m]")

@@ -46,7 +46,7 @@ class PlacedCamera:
     """A camera's calibration with its pose in the robot's world."""
 
     camera: CameraModelSettings = setting("lens and pose")
-    sigma_m: Triple = setting("standard deviations of the pose's place, along the world's axes [m]", at_least=0)
+    sigma_m: Triple = setting("standard deviations of the pose's position, along the world's axes [m]", at_least=0)
     sigma_rad: Triple = setting("standard deviations of its rotation, about the world's axes [rad]", at_least=0)
     source: str = setting("method and data of the measurement")
 

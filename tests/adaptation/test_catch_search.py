@@ -304,9 +304,9 @@ def test_what_stands_in_the_way_is_told_with_what_to_change() -> None:
     )
     assert "a faster motion is forbidden by adapt.tau_range, which begins at 0.8: lower it" in _told(0.1, 0.81)
     assert "a slower motion is forbidden by adapt.tau_range, which ends at 1.25: raise it" in _told(0.1, 1.24)
-    assert "comes down 90 mm beside the swing plane" in _told(0.01, 1.0, side=0.09)
+    assert "comes down 90 mm off the swing plane" in _told(0.01, 1.0, side=0.09)
     assert "jumped out again: lower game.cup.restitution" in _told(0.01, 1.0)
-    assert "joint 's2' has no more torque to give" in _told(0.1, 1.0, torque="joint 's2'")
+    assert "joint 's2' is at its torque limit" in _told(0.1, 1.0, torque="joint 's2'")
     assert (
         "never came down through the rim's plane; at tau_scale 1 it rose to -100 mm over it: the swing is too weak"
         in (_told(None, 1.0, apex=-0.1))

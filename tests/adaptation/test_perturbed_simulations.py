@@ -121,5 +121,5 @@ def test_nothing_is_perturbed_where_nothing_may_differ() -> None:
 
 @pytest.mark.parametrize("name", ["drag_scale", "restitution", "lag_s", "cup_error_hz"])
 def test_a_range_the_wrong_way_round_is_refused(name: str) -> None:
-    with pytest.raises(ConfigError, match=rf"'{name}' is \[0\.4, 0\.1\]; allowed: least, then largest"):
+    with pytest.raises(ConfigError, match=rf"'{name}' is \[0\.4, 0\.1\]; allowed: minimum, then maximum"):
         dataclasses.replace(_preset("hard"), **{name: (0.4, 0.1)})

@@ -91,7 +91,7 @@ def test_after_every_generation_repeats_judge_it_and_end_once_too_many_are_lost(
     assert [one.index for one in trials if one.kind == "explore"] == list(range(18))
     assert [one.index for one in trials if one.kind == "validate"] == [0, 1, 2] * 3
     assert method().best(search) is None
-    assert re_says(policy_obstacle(search.attempts[0], search), "18 rollouts did not lead to a policy that lasts")
+    assert re_says(policy_obstacle(search.attempts[0], search), "18 rollouts did not lead to a robust policy")
 
 
 def re_says(line: str, words: str) -> bool:

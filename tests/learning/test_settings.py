@@ -19,7 +19,7 @@ WRONG = [
     ({"actions_m_s2": [0.0, 4.0]}, "'learn.actions_m_s2' is [0.0, 4.0]; allowed: at least one negative and one posit"),
     ({"workspace__half_width_m": 0.0}, "'learn.workspace.half_width_m' is 0.0; allowed: above 0"),
     ({"workspace__max_speed_m_s": 0.0}, "'learn.workspace.max_speed_m_s' is 0.0; allowed: above 0"),
-    ({"workspace__braking_m_s2": 9.0}, "'learn.workspace.braking_m_s2' is 9.0; allowed: at most the largest action"),
+    ({"workspace__braking_m_s2": 9.0}, "'learn.workspace.braking_m_s2' is 9.0; allowed: at most the maximum action"),
     ({"workspace__kind": "limt"}, "=limit'? Allowed: limit, terminate"),
     ({"harmonic__band_rad_s": [8.0, 3.0]}, "'learn.harmonic.band_rad_s' is [8.0, 3.0]; allowed: [low, high]"),
     (

@@ -325,5 +325,5 @@ def test_a_joint_that_turns_nothing_with_inertia_is_named(tmp_path: Path) -> Non
     file.write_text(arm(j5=on_axis, l5=link("l5", nothing), flange=flange))
     tool = dataclasses.replace(pa10().tool, handle_m=(0.0, 0.0, 0.2), cup_axis=(0.0, 0.0, 1.0))
     light = dataclasses.replace(kendama_game().cup, radius_m=0.03, mass_kg=1e-7)
-    with pytest.raises(InputError, match="joint 'j5' turns nothing that has inertia"):
+    with pytest.raises(InputError, match="joint 'j5' moves nothing that has inertia"):
         RobotModel(robot(file, tool=tool), light, 9.81)

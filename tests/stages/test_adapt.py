@@ -260,7 +260,7 @@ def test_a_motion_too_fast_for_the_arm_names_the_joint_and_its_limit(bundled: Mo
 
 
 def test_a_range_that_ends_before_it_begins_is_refused() -> None:
-    with pytest.raises(ConfigError, match=r"'tau_range' is \[1.2, 0.9\]; allowed: the least, then the largest"):
+    with pytest.raises(ConfigError, match=r"'tau_range' is \[1.2, 0.9\]; allowed: the minimum, then the maximum"):
         dataclasses.replace(SHIPPED, tau_range=(1.2, 0.9))
 
 

@@ -24,7 +24,7 @@ def figures(log: StageLog) -> list[Figure]:
         lettered(
             panels,
             [
-                "How far the ball crosses the rim's plane from the cup's middle, in our simulation and under the"
+                "How far the ball crosses the rim's plane from the cup's centre, in our simulation and under the"
                 " referee's chain, on the same way of the cup; filled: caught by the referee; squares: the rope"
                 " hung slack in the swing, where its mass decides. Misses beyond the frame stand at its edge.",
                 "The last second of the game on which the two are farthest apart: the cup, and the ball under either.",

@@ -21,7 +21,7 @@ FAR_M = 1e3
 
 @dataclass(frozen=True)
 class Clearance:
-    """The least gap between two parts; negative where they overlap."""
+    """The minimum gap between two parts; negative where they overlap."""
 
     gap_m: float
     parts: str

@@ -102,7 +102,7 @@ class FrozenRollouts:
             return next(self._coming)
         except BrokenProcessPool:
             raise StageError(
-                "a process that computed rollouts was killed (out of memory?); run again: it goes on from here, and "
+                "a process that computed rollouts was killed (out of memory?); run again: it resumes from here, and "
                 f"{PROCESSES}=1 takes no processes beside its own"
             ) from None
 

@@ -27,7 +27,7 @@ from kendama_cli.stages.adapt.messages import (
 _MAX_COST_MM = 500.0
 CAPTION = (
     "What each rollout of the policy search cost: how far from the planned cup the ball came down, more where it never"
-    " did; the rollouts of a generation are in one perturbed simulation. Bars: the share of the repeats after a"
+    " did; the rollouts of a generation are in one perturbed simulation. Bars: the fraction of the repeats after a"
     " generation, in fresh ones, that were caught; they stop once too many are lost, and do not count as rollouts."
 )
 
@@ -89,7 +89,7 @@ def adaptation_figures(log: StageLog) -> list[Figure]:
             lettered(
                 search,
                 [
-                    "How far the ball crosses the rim plane from the cup's middle, over the time scale tau of the"
+                    "How far the ball crosses the rim plane from the cup's centre, over the time scale tau of the"
                     " movement primitive; one mark per simulated rollout. Shaded: the windows that were found;"
                     " bars: the centre of a window in perturbed simulations; dashed: the tau that"
                     " was chosen, with its perturbed repeats as dots; squares: rollouts in which the goal was moved"

@@ -31,7 +31,7 @@ def adaptation_comparison(runs: Ensemble) -> list[Figure]:
         lettered(
             panels,
             [
-                "How far the ball crosses the rim's plane from the cup's middle over the time scale tau: a line for"
+                "How far the ball crosses the rim's plane from the cup's centre over the time scale tau: a line for"
                 " every run's search, dashed the tau that it chose. Misses beyond the frame stand at its edge.",
                 "The chosen swing of each group's first run around the catch, in the swing plane and from where the cup"
                 " began: the cup's tie point (thin) and the ball (thick).",
@@ -59,7 +59,7 @@ def adaptation_table(runs: Ensemble) -> str:
         ]
         rows.append([Cell(group.label), Cell(str(len(group.members))), *cells, Cell(str(len(caught))), fraction])
     head = [runs.differs, "logs", "tau", "rollouts", "repeats", "caught"]
-    note = "Below means their 95 % bootstrap interval over the runs, below shares the exact one over all repeats."
+    note = "Below means their 95 % bootstrap interval over the runs, below fractions the exact one over all repeats."
     return f'<h3>What each comes to</h3>{grid(head, rows)}<p class="note">{note}</p>'
 
 
@@ -134,7 +134,7 @@ def _repeats(groups: Sequence[Group]) -> Panel | None:
             axes.step(np.sort(misses), fraction, where="post", color=colour, lw=1.4, label=group.legend)
         axes.set_ylim(0, 1.02)
         axes.set_xlabel("miss [mm]")
-        axes.set_ylabel("share of repeats")
+        axes.set_ylabel("fraction of repeats")
         if len(groups) > 1:
             legend_above(axes, columns=min(3, len(groups)))
     return Panel("Perturbed repeats", made.svg)

@@ -158,7 +158,7 @@ def policy_obstacle(chosen: Attempt, search: Search) -> str:
     if played == 0:
         return f"every motion that was tried is forbidden by {search.attempts[-1].limit}: lower adapt.policy.spread_m"
     return (
-        f"{_how_near(chosen)}: {played} rollouts did not lead to a policy that lasts: raise adapt.policy.max_rollouts, "
+        f"{_how_near(chosen)}: {played} rollouts did not lead to a robust policy: raise adapt.policy.max_rollouts, "
         "or change adapt.policy.spread_m"
     )
 
@@ -181,14 +181,14 @@ def _cause(nearest: Attempt, settings: AdaptSettings, bounds: Bounds, limiting_j
     miss_m, side_m = abs(nearest.signed_miss_m or 0.0), abs(nearest.side_miss_m or 0.0)
     causes = (
         (nearest.limit is not None, f"it is forbidden by {nearest.limit}"),
-        (torque is not None, f"{torque} has no more torque to give: place the arm otherwise (adapt.placement)"),
+        (torque is not None, f"{torque} is at its torque limit: place the arm otherwise (adapt.placement)"),
         (
             nearest.distance_m < bounds.mouth_m,
             "the ball came down into the cup and jumped out again: lower game.cup.restitution or deepen the cup",
         ),
         (
             side_m > max(bounds.mouth_m, miss_m),
-            f"it comes down {1e3 * side_m:.0f} mm beside the swing plane, whatever tau is: raise adapt.max_shift_m",
+            f"it comes down {1e3 * side_m:.0f} mm off the swing plane, whatever tau is: raise adapt.max_shift_m",
         ),
         (
             lowest > low and tau - lowest < settings.tau_step,

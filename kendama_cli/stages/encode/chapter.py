@@ -175,7 +175,7 @@ def weight_figures(log: StageLog) -> list[Figure]:
                 label = "" if number else "one demonstration"
                 axes.plot(values, ".-", color=MUTED, lw=0.7, ms=3, alpha=0.6, label=label)
             for values in _rows(part[part["demonstration"] == "reproduced"]):
-                axes.plot(values, "o-", color=BALL, lw=1.3, ms=3.2, label="handed on")
+                axes.plot(values, "o-", color=BALL, lw=1.3, ms=3.2, label="result")
             axes.set_ylabel(f"w, {coordinate} [m]")
             axes.axhline(0, color=MUTED, lw=0.6)
             if coordinate == coordinates[0]:
@@ -184,7 +184,7 @@ def weight_figures(log: StageLog) -> list[Figure]:
         axes.set_xlim(-0.5, max(len(values) for values in table["values"]) - 0.5)
     return figure(
         [
-            "The weights of the basis functions, of each coordinate: vermilion, of the primitive that is handed on; "
+            "The weights of the basis functions, of each coordinate: vermilion, of the primitive that is the result; "
             "grey, where there are several, of each demonstration. Where the grey lines lie together, they agree."
         ],
         [Panel("Weights", made.svg)],

@@ -158,7 +158,9 @@ def _too_few_samples(
             f"at {math.ceil(AMPLE * needed / lasts_s)} Hz or more"
         )
         if off_m > HIDES_M:
-            raise StageError(f"encode: {told[-1]} (allowed: {1e3 * HIDES_M:.0f} mm, the play of the ball in the mouth)")
+            raise StageError(
+                f"encode: {told[-1]} (allowed: {1e3 * HIDES_M:.0f} mm, the clearance of the ball in the mouth)"
+            )
     return tuple(told)
 
 

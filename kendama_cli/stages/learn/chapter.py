@@ -59,8 +59,8 @@ def swingup_figures(log: StageLog) -> list[Figure]:
             lettered(
                 [film, table],
                 [
-                    "The same rollout as a film.",
-                    "What the table would do: the acceleration with the largest Q for every state. Angle of the ball"
+                    "The same rollout as a video.",
+                    "What the table would do: the acceleration with the maximum Q for every state. Angle of the ball"
                     " from left to right; every block holds cup position and cup velocity fixed, and the ball's rate"
                     " rises over its lines. Grey: states in which all actions are still alike.",
                 ],

@@ -39,10 +39,9 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
                 [
                     "Reward per rollout: interquartile mean over the seeds, and its 95 % interval (bootstrap); on a"
                     f" logarithmic axis of the means over at most {_STEPS} even steps."
-                    f" A run that has ended goes on with the median of its last {_TAIL} greedy rollouts."
+                    f" A run that has ended continues with the median of its last {_TAIL} greedy rollouts."
                     " From ten successes in a row on, a policy is frozen, until it fails or is solved.",
-                    "Share of seeds that came to the first of the successes in a row that prove the policy after so"
-                    " many rollouts; an unsolved seed stays at the cap.",
+                    "Fraction of seeds that are solved after so many rollouts; an unsolved seed stays at the cap.",
                 ],
             ),
             learning,
@@ -51,8 +50,8 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
             lettered(
                 frozen,
                 [
-                    "Performance profile: share of fresh noisy rollouts of the frozen policy that end in the cup, over"
-                    " all seeds from the worst to the best.",
+                    "Performance profile: fraction of fresh noisy rollouts of the frozen policy that end in the cup,"
+                    " over all seeds from the worst to the best.",
                     "Half-swings: median of the frozen policy's successes, over the seeds.",
                     "Time to the release in the same way. Dashed: the soonest that a search without noise found.",
                 ],

@@ -20,7 +20,7 @@ def learning_tables(runs: Ensemble) -> str:
     if not groups:
         return ""
     head = [runs.differs or "", "seeds", "unsolved", *(f"to solved, {name}" for name, _ in _STATISTICS)]
-    head += ["to ten in a row, mean", "chance"]
+    head += ["to ten in a row, mean", "random"]
     parts = ["<h3>Rollouts to solved</h3>", grid(head, [_counts(group) for group in groups])]
     unsolved = [sentence for group in groups if (sentence := _unsolved(group, runs.differs))]
     parts.append(f'<p class="note">{" ".join(unsolved) or "Every seed is solved."} {_RULE}</p>')
@@ -36,8 +36,8 @@ def learning_tables(runs: Ensemble) -> str:
 
 
 _RULE = (
-    "Counted up to the first of the greedy successes in a row that prove the policy, exploring rollouts included; an"
-    " unsolved seed counts as the cap. Chance: share of random harmonics that succeed. Below each figure its 95 %"
+    "Counted up to the first of the greedy successes in a row that count as solved, exploring rollouts included; an"
+    " unsolved seed counts as the cap. Random: fraction of random harmonics that succeed. Below each figure its 95 %"
     " interval (bootstrap over the seeds)."
 )
 

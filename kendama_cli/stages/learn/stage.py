@@ -177,16 +177,16 @@ def _warnings(settings: LearnSettings, chance: float, *, solved: bool) -> tuple[
     told = []
     if chance > SOLVED_BY_CHANCE:
         told.append(
-            f"chance solves the task '{settings.task}': {100 * chance:.0f} % of random harmonics succeed (more than "
-            f"{100 * SOLVED_BY_CHANCE:g} %), so few rollouts prove little about the learner; learn/task=hard is not "
-            "solved by chance"
+            f"random harmonics solve the task '{settings.task}': {100 * chance:.0f} % of them succeed (more than "
+            f"{100 * SOLVED_BY_CHANCE:g} %), so few rollouts say little about the learner; learn/task=hard is not "
+            "solved at random"
         )
     if not solved:
         count = settings.count
         told.append(
             f"the swing-up is unsolved: no {count.solved_streak} successes in a row within {count.max_rollouts} "
-            "rollouts; what is "
-            "handed over is the policy with the longest streak"
+            "rollouts; "
+            "the result is the policy with the longest streak"
         )
     return tuple(told)
 

@@ -36,6 +36,6 @@ def figures(log: StageLog) -> list[Figure]:
     panels: list[Panel | None] = [Panel("The free swing", made.svg), Panel("What is left", rest.svg)]
     captions = [
         "The ball's angle from hanging, about a cup at rest, and the pendulum with drag k1 + k2 v that fits it best.",
-        "How far the seen ball is from the fitted one.",
+        "Distance of the observed ball from the fitted one.",
     ]
     return figure(lettered(panels, captions), panels)

@@ -36,7 +36,7 @@ def prediction_figures(log: StageLog) -> list[Figure]:
             lettered(
                 study,
                 [
-                    f"Error of the predicted crossing of the rim plane over the time left until it, {n} flights:"
+                    f"Error of the predicted crossing of the rim plane over the remaining time, {n} flights:"
                     " median, half of all flights (dark) and 90 % of them (light).",
                     "The same for the time of the crossing.",
                     "One flight: distance of each estimate from the last one, and the uncertainty (one sigma) that it"
@@ -84,7 +84,7 @@ def error_panel(errors: pd.DataFrame, column: str, title: str) -> Panel | None:
         axes.plot(at, spread[0.5], "o-", color=CUP, ms=3.2, lw=1.3, label="median")
         axes.invert_xaxis()
         axes.set_ylim(bottom=0)
-        axes.set_xlabel("time left to the catch [ms]")
+        axes.set_xlabel("time to the catch [ms]")
         axes.set_ylabel(f"error [{unit}]")
         legend_above(axes)
     return Panel(title, made.svg)
@@ -113,7 +113,7 @@ def _convergence(estimates: pd.DataFrame) -> Panel | None:
                 axes.set_yscale("symlog", linthresh=max(0.1, float(np.median(positive))))
         axes.invert_xaxis()
         axes.set_ylim(bottom=0)
-        axes.set_xlabel("time left to the catch [ms]")
+        axes.set_xlabel("time to the catch [ms]")
         axes.set_ylabel("distance [mm]")
         legend_above(axes, columns=2)
     return Panel(f"One estimate, flight {flight}", made.svg)

@@ -28,7 +28,7 @@ def prediction_comparison(runs: Ensemble) -> list[Figure]:
         _panel(runs.groups, pooled, "position_error_mm", "Position of the catch"),
         _panel(runs.groups, pooled, "time_error_ms", "Time of the catch"),
     ]
-    caption = "Error of the predicted crossing of the rim's plane over the time left until it, the flights of all runs:"
+    caption = "Error of the predicted crossing of the rim's plane over the remaining time, the flights of all runs:"
     return figure(
         lettered(panels, [f"{caption} median, and 90 % of them (shaded).", "The same for the time of the crossing."]),
         panels,
@@ -45,7 +45,7 @@ def prediction_table(runs: Ensemble) -> str:
             for values in found
         ]
         rows.append([Cell(group.label), Cell(str(len(group.members))), *cells])
-    head = [runs.differs, "logs", "place, 50 % [mm]", "place, 95 % [mm]", "time, 50 % [ms]", "time, 95 % [ms]"]
+    head = [runs.differs, "logs", "position, 50 % [mm]", "position, 95 % [mm]", "time, 50 % [ms]", "time, 95 % [ms]"]
     note = "Means over the runs; below them their 95 % bootstrap interval."
     return f'<h3>Errors of the predicted catch</h3>{grid(head, rows)}<p class="note">{note}</p>'
 
@@ -73,7 +73,7 @@ def _panel(groups: Sequence[Group], pooled: Sequence[pd.DataFrame], column: str,
             axes.plot(at, spread[0.5], ".-", color=colour, ms=3.5, lw=1.3, label=group.legend)
         axes.invert_xaxis()
         axes.set_ylim(bottom=0)
-        axes.set_xlabel("time left to the catch [ms]")
+        axes.set_xlabel("time to the catch [ms]")
         axes.set_ylabel(f"error [{unit}]")
         if len(groups) > 1:
             legend_above(axes, columns=min(3, len(groups)))

@@ -36,7 +36,7 @@ def rehearsal_figures(log: StageLog) -> list[Figure]:
             f"Joint angles at {speed} % of the motion's speed: what was sent (grey, wide) and what the arm measured.",
             "How far each joint was from what was sent to it in the same control period: its delay times its speed, and"
             " what its controller does not hold.",
-            "The same commands on the twin, which has the model's body: what is left is what the model does not know.",
+            "The same commands on the twin, which has the model's body: the difference is what the model lacks.",
         ],
     )
     return figure(captions, panels)

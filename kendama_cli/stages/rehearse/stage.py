@@ -141,7 +141,7 @@ class Rehearse:
         j, away = _worst(limited)
         if away > SAME_RAD:
             warnings.append(
-                f"the arm was sent up to {away:.3f} rad beside what was commanded in joint '{joints.joint_names[j]}': "
+                f"the arm was sent up to {away:.3f} rad off its command in joint '{joints.joint_names[j]}': "
                 "its own controller limited the motion, or periods were missed"
             )
         return StageResult(result, metrics, tuple(warnings))

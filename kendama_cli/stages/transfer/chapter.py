@@ -92,8 +92,8 @@ def _one_game(log: StageLog) -> list[Figure]:
             lettered(
                 closing,
                 [
-                    "The game of the last figure but one as a film; green, from the time it is known: the ball's"
-                    " predicted way, and where it is to come down through the rim plane (two standard deviations).",
+                    "The game of the last figure but one as a video; green, from the time it is known: the ball's"
+                    " predicted path, and where it is to come down through the rim plane (two standard deviations).",
                     "How far the predicted crossing of the rim plane was from the real one, over the time left until"
                     " it: every estimate of all games, their median, and the median of the stated standard deviation."
                     " The real one is that of the tracked ball, to a few tenths of a millimetre.",

@@ -136,7 +136,7 @@ def error_over_time_panel(log: StageLog) -> Panel | None:
         axes.plot(medians["left"], medians["sigma"], color=OTHER, lw=1.2, ls=(0, (4, 2)), label="stated sigma")
         axes.set_yscale("log")
         axes.invert_xaxis()
-        axes.set_xlabel("time left to the catch [ms]")
+        axes.set_xlabel("time to the catch [ms]")
         axes.set_ylabel("error [mm]")
         legend_above(axes, columns=3)
     return Panel("Error of the predictions", made.svg)
