@@ -181,12 +181,8 @@ def play_rollout(
     deviation of the angles read, sampled from ``rng``. Raises SimulationError.
     """
     world.reset(joints.position_rad[0])
-    positions, speeds, changes = (
-        list(joints.position_rad),
-        list(joints.velocity_rad_s),
-        list(joints.acceleration_rad_s2),
-    )
-    noises = [0.0] * len(positions)
+    planned = list(zip(joints.position_rad, joints.velocity_rad_s, joints.acceleration_rad_s2, strict=True))
+    noises = [0.0] * len(planned)
     erring = None if errors is None else ErringArm(world.arm, joints, errors, STEP_S)
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
@@ -196,8 +192,8 @@ def play_rollout(
     samples: list[tuple[float | Array, ...]] = []
     if record:
         samples.append(_sample(world))
-    for k in range(1, len(positions)):
-        position, speed, change = positions[k], speeds[k], changes[k]
+    for k in range(1, len(planned)):
+        position, speed, change = planned[k]
         reading_error = noises[k] if erring is None else noises[k] + erring.misreads(k)
         if correction is not None:
             ahead = (k - 1) % correction.steps
