@@ -24,8 +24,8 @@ from kendama_cli.motion.braking import BrakingLimiter
 from kendama_cli.physics.free_fall import Landing
 from kendama_cli.physics.rim_crossing import falls, falls_in
 from kendama_cli.physics.taut_rope import TautRope
+from kendama_cli.simulation.swingup.engine import catch_limiter, mouth_m
 from kendama_cli.simulation.swingup.rail import CompiledRail
-from kendama_cli.simulation.swingup.workspace import catch_limiter, mouth_m
 
 MOST_DRAWS = 10_000
 NEAR_M = 0.3

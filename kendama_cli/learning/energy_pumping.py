@@ -13,10 +13,9 @@ from numpy.random import Generator
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.decision import BinActor, HeldAction, task_meaning
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
-from kendama_cli.learning.learner_settings import EnergyPumpingSettings
 from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
-from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.settings import EnergyPumpingSettings, LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
 

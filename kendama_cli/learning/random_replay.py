@@ -20,10 +20,9 @@ from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.decision import BinActor, HeldAction, task_meaning
 from kendama_cli.learning.exploration import DrawnHarmonic, Harmonic, draw_harmonic, drives_place, explores
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
-from kendama_cli.learning.learner_settings import RandomReplaySettings
 from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
-from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.settings import LearnSettings, RandomReplaySettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
 from kendama_cli.schema.arrays import Array

@@ -20,9 +20,9 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.hand_world import HandWorld
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.simulation.swingup.best_swing import best_swing
+from kendama_cli.simulation.swingup.engine import catch_limiter
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.rail import CompiledRail
-from kendama_cli.simulation.swingup.workspace import catch_limiter
 from tests.learning.settings_files import game_settings, learn_settings
 from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import pa10

@@ -16,7 +16,7 @@ from kendama_cli.robot_model.cup import TIE_MASS_KG, cup_frame
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
+from kendama_cli.simulation.dart.dynamics_kernel import ArmDynamics
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.robot_model.inertia import inertia_of
 from tests.robot_model.test_model import READY, ready

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.motion.dmp.basis import Basis, feature_rates, features, phase
-from kendama_cli.motion.dmp.integration import recur, settle
+from kendama_cli.motion.dmp.primitive import recur, settle
 from kendama_cli.schema.arrays import Array
 
 CELLS_PER_FUNCTION, CELLS_PER_FREQUENCY = 8, 5

@@ -20,7 +20,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings, SideTie
 from kendama_cli.simulation.dart import rope_chain_kernel, rope_kernel
 from kendama_cli.simulation.dart.arm_errors import NO_ERRORS, WorldErrors
-from kendama_cli.simulation.dart.rope_chain import NO_CHAIN, RopeChain
+from kendama_cli.simulation.dart.rope_chain_kernel import NO_CHAIN, RopeChain
 
 NOTHING: Array = np.zeros(3)
 

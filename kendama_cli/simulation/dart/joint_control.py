@@ -16,9 +16,9 @@ from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart import step_kernel, torque_kernel
-from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.drive_kernel import Drive
+from kendama_cli.simulation.dart.dynamics_kernel import ArmDynamics
 from kendama_cli.simulation.dart.step_kernel import StepArrays
 from kendama_cli.simulation.dart.wrist import coriolis_nm
 

@@ -17,9 +17,9 @@ from kendama_cli.settings.game import CupSettings, GameSettings
 from kendama_cli.settings.interact import InteractSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
-from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
 from kendama_cli.simulation.dart.arm_errors import WorldErrors
 from kendama_cli.simulation.dart.ball import TetheredBall
+from kendama_cli.simulation.dart.dynamics_kernel import ArmDynamics
 from kendama_cli.simulation.dart.joint_control import JointControl
 from kendama_cli.simulation.dart.scene import Scene, check_clear
 from kendama_cli.simulation.dart.stepper import STEP_S, Stepper, WorldPair

@@ -20,9 +20,8 @@ from numpy.random import Generator
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.errors import StageError
 from kendama_cli.learning.interface import Actor, Learner
-from kendama_cli.learning.learner_settings import RandomSettings
 from kendama_cli.learning.learners import begin_learner, make_policy, resume_learner
-from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.learning.settings import LearnSettings, RandomSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import RailEngine
 from kendama_cli.settings.game import GameSettings

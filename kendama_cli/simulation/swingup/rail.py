@@ -21,9 +21,8 @@ from kendama_cli.motion.braking import BrakingLimiter
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup import rail_kernel as kernel
-from kendama_cli.simulation.swingup.engine import state_of
+from kendama_cli.simulation.swingup.engine import catch_limiter, limiter, mouth_m, state_of
 from kendama_cli.simulation.swingup.rollout import Catch, RolloutNoise, SimulatedRollout
-from kendama_cli.simulation.swingup.workspace import catch_limiter, limiter, mouth_m
 
 
 def without_rope_mass(game: GameSettings) -> GameSettings:

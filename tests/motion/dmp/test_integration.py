@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from kendama_cli.motion.dmp.integration import settle, solve
+from kendama_cli.motion.dmp.primitive import settle, solve
 
 FREQUENCY = 31.6
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.motion.dmp.basis import Basis
-from kendama_cli.motion.dmp.integration import solve
+from kendama_cli.motion.dmp.primitive import solve
 from kendama_cli.motion.dmp.response_columns import read_rows, response_columns
 
 WIDTHS = (0.5, 0.7, 1.35)

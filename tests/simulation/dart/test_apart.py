@@ -13,8 +13,8 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import CupSettings, GameSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.arm_dynamics import ArmDynamics
 from kendama_cli.simulation.dart.arm_errors import WorldErrors
+from kendama_cli.simulation.dart.dynamics_kernel import ArmDynamics
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10

@@ -15,9 +15,8 @@ from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import DartEngine
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.swingup.arm import ArmSwing
-from kendama_cli.simulation.swingup.engine import SwingEngine
+from kendama_cli.simulation.swingup.engine import SwingEngine, limiter
 from kendama_cli.simulation.swingup.rail import CompiledRail
-from kendama_cli.simulation.swingup.workspace import limiter
 from tests.learning.settings_files import game_settings, learn_settings
 from tests.simulation.dart.bench_robot import pa10
 

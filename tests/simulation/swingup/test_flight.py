@@ -9,11 +9,11 @@ import pytest
 
 from kendama_cli.learning.reward import Flight, Goal
 from kendama_cli.learning.state import SwingState
-from kendama_cli.simulation.swingup.flight import Release, fly
+from kendama_cli.simulation.swingup.engine import mouth_m
+from kendama_cli.simulation.swingup.environment import Release, fly
 from kendama_cli.simulation.swingup.frozen_rollouts import random_success_rate
 from kendama_cli.simulation.swingup.rail import CompiledRail
 from kendama_cli.simulation.swingup.rollout import Catch
-from kendama_cli.simulation.swingup.workspace import mouth_m
 from tests.learning.settings_files import game_settings, learn_settings
 
 GAME = game_settings()
