@@ -1,3 +1,5 @@
+from __future__ import annotations
+
 import dataclasses
 
 import numpy as np
@@ -5,9 +7,19 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from kendama_cli.artifacts.demonstration import Demonstration
-from kendama_cli.motion.dmp.averaging import encode_demonstrations
+from kendama_cli.motion.dmp.averaging import Encoding, encode, encode_demonstrations, prepare
 from kendama_cli.motion.dmp.basis import activations, centers_equal_in_time, features, phase, widths_by_spacing
-from kendama_cli.motion.dmp.primitive import ROLL_OUT, forcing, play
+from kendama_cli.motion.dmp.primitive import (
+    ROLL_OUT,
+    covariance,
+    forcing,
+    parameters,
+    play,
+    sample_plan,
+    settle,
+    solve,
+    with_parameters,
+)
 from tests.motion.swings import demonstration, path, settings
 
 
@@ -185,3 +197,118 @@ def test_the_forcing_term_is_linear_in_the_weights(plan):
     share = np.linspace(0, 1, 31)
     double = dataclasses.replace(plan, weights=2 * plan.weights)
     assert np.allclose(forcing(double, share), 2 * forcing(plan, share))
+
+
+SHARE = np.linspace(0, 1, 40)
+
+
+@pytest.fixture(scope="module")
+def encoding() -> Encoding:
+    rng = np.random.default_rng(12)
+    swings = []
+    for i in range(8):
+        duration = 2.0 * np.exp(0.05 * rng.standard_normal())
+        t = np.arange(round(100 * duration) + 1) / 100
+        size = 1 + 0.1 * rng.standard_normal(3)
+        swings.append(Demonstration(f"d{i}", t, size * path(t, duration)))
+    return encode(prepare(swings, settings()), settings())
+
+
+def test_the_covariance_is_that_of_the_demonstrations_parameters(encoding: Encoding) -> None:
+    rows = np.array([parameters(encoding.plan(i)) for i in range(len(encoding))])
+    assert np.allclose(covariance(encoding.average()), np.cov(rows.T), rtol=1e-9, atol=1e-9)
+
+
+def test_parameters_go_in_and_out(encoding: Encoding) -> None:
+    one, other = encoding.plan(0), encoding.plan(1)
+    made = with_parameters(one, parameters(other))
+    assert np.allclose(made.weights, other.weights)
+    assert made.duration_s == pytest.approx(other.duration_s)
+    assert np.allclose(made.goal_m, other.goal_m)
+
+
+def test_drawn_swings_have_the_demonstrations_mean_and_spread(encoding: Encoding) -> None:
+    mean = encoding.average()
+    rng = np.random.default_rng(0)
+    plans = [sample_plan(mean, rng) for _ in range(400)]
+    drawn = np.array([play(plan, SHARE * plan.duration_s, steps=200).position_m for plan in plans])
+    own = [encoding.plan(i) for i in range(len(encoding))]
+    demonstrated = np.array([play(plan, SHARE * plan.duration_s, steps=200).position_m for plan in own])
+    spread = demonstrated.std(axis=0, ddof=1)
+    # 400 draws: the mean within 4 standard errors, the standard deviation within 4 x 3.5 %
+    assert np.abs(drawn.mean(axis=0) - demonstrated.mean(axis=0)).max() < 4 * spread.max() / 20
+    assert np.abs(drawn.std(axis=0) - spread).max() < 0.16 * spread.max()
+    logs = np.log([plan.duration_s for plan in plans])
+    assert np.std(logs) == pytest.approx(np.std([np.log(plan.duration_s) for plan in own], ddof=1), rel=0.16)
+
+
+def test_the_same_seed_draws_the_same_swing_and_scale_zero_the_mean(encoding: Encoding) -> None:
+    mean = encoding.average()
+    one, other = (sample_plan(mean, np.random.default_rng(5)) for _ in range(2))
+    assert np.array_equal(one.weights, other.weights)
+    assert np.allclose(sample_plan(mean, np.random.default_rng(5), 0.0).weights, mean.weights)
+
+
+def test_one_demonstration_has_no_spread() -> None:
+    chosen = settings()
+    plan = encode(prepare([demonstration()], chosen), chosen).average()
+    assert not covariance(plan).any()
+    assert np.allclose(sample_plan(plan, np.random.default_rng(1)).weights, plan.weights)
+
+
+FREQUENCY = 31.6
+
+
+def drive(share):
+    return np.column_stack((900 * np.sin(9 * share) + 400, 500 * np.cos(5 * share) * share))
+
+
+def reference(share):
+    def slope(s, state):
+        y, v = state[:2], state[2:]
+        return np.concatenate((v, drive(np.array([s]))[0] - 2 * FREQUENCY * v - FREQUENCY**2 * y))
+
+    start = np.array([0.1, -0.2, 1.5, 0.0])
+    return solve_ivp(slope, (0, 1), start, t_eval=share, rtol=1e-12, atol=1e-13, method="DOP853").y.T
+
+
+def error(steps, share):
+    made = solve(drive, np.array([0.1, -0.2]), np.array([1.5, 0.0]), FREQUENCY, steps).at(share)
+    return np.abs(np.column_stack((made.position, made.rate)) - reference(share)).max()
+
+
+def test_halving_the_step_divides_the_error_by_sixteen():
+    share = np.linspace(0, 1, 17)  # nodes of every grid below
+    errors = [error(steps, share) for steps in (64, 128, 256, 512)]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    # a Runge-Kutta solution of order 4 comes to 4 from either side as w h goes from 0.5 to 0.06
+    assert np.all(np.abs(orders - 4) < [0.6, 0.35, 0.2])
+
+
+def test_between_the_nodes_the_solution_is_as_exact_as_on_them():
+    share = np.random.default_rng(3).uniform(0, 1, 200).clip(0, 1)
+    share.sort()
+    assert error(512, share) < 2 * error(512, np.linspace(0, 1, 513))
+
+
+def test_the_second_derivative_is_the_derivative_of_the_rate():
+    solution = solve(drive, np.zeros(2), np.zeros(2), FREQUENCY, 1000)
+    share = np.linspace(0.01, 0.99, 300)
+    h = 1e-5
+    slope = (solution.at(share + h).rate - solution.at(share - h).rate) / (2 * h)
+    assert np.abs(slope - solution.at(share).second).max() < 1e-5 * np.abs(slope).max()
+
+
+def test_settling_is_the_solution_without_drive():
+    start, rate = np.array([-0.4]), np.array([2.0])
+    share = np.linspace(0, 1, 50)
+    exact = settle(start, rate, FREQUENCY, share)
+    numeric = solve(lambda s: np.zeros((len(s), 1)), start, rate, FREQUENCY, 2000).at(share)
+    for name in ("position", "rate", "second"):
+        assert np.abs(getattr(exact, name) - getattr(numeric, name)).max() < 1e-7 * np.abs(getattr(exact, name)).max()
+
+
+@pytest.mark.parametrize("frequency", [1.0, 31.6, 100.0])
+def test_a_spring_without_drive_comes_to_rest_at_zero(frequency):
+    made = settle(np.array([1.0]), np.array([0.0]), frequency, np.array([40.0 / frequency]))
+    assert abs(made.position[0, 0]) < 1e-12
