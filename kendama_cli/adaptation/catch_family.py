@@ -14,7 +14,7 @@ from kendama_cli.errors import StageError
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.motion.dmp.heading import scaled_plan
 from kendama_cli.motion.dmp.primitive import play
-from kendama_cli.motion.dmp.turning import tilt_only, turns_of, with_share_of_turn
+from kendama_cli.motion.dmp.turning import rotations_of, tilt_only, with_turn_fraction
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -135,12 +135,12 @@ class CatchFamily:
             swing = self.swing(variation)
         except StageError as error:
             return str(error)
-        return None if swing.least_tau_scale() <= variation.tau_scale else swing.limiting_joint()
+        return None if swing.min_tau_scale() <= variation.tau_scale else swing.limiting_joint()
 
     def within_limits(self, variation: MotionVariation, tau_range: tuple[float, float]) -> MotionVariation:
         """Return ``variation`` as much slower as the arm's limits ask for, if ``tau_range`` allows it."""
         try:
-            minimum = max(tau_range[0], self.swing(variation).least_tau_scale())
+            minimum = max(tau_range[0], self.swing(variation).min_tau_scale())
         except StageError:  # nothing is slow enough for a place that is out of reach: ``limit`` tells it
             return variation
         return dataclasses.replace(variation, tau_scale=min(max(variation.tau_scale, minimum), tau_range[1]))
@@ -148,7 +148,7 @@ class CatchFamily:
     def lowest_tau(self, amplitude: float) -> float:
         """Return the least tau within the arm's limits at ``amplitude``; infinite if its path is out of reach."""
         try:
-            return self.swing(MotionVariation(1.0, amplitude)).least_tau_scale()
+            return self.swing(MotionVariation(1.0, amplitude)).min_tau_scale()
         except StageError:  # too large for the arm: the other sizes remain
             return math.inf
 
@@ -164,7 +164,7 @@ def playable_tilt(arm: RobotModel, plan: MotionPlan, settings: AdaptSettings) ->
     """
     if plan.turn is None:
         return plan, ()
-    tilt, spin = tilt_only(turns_of(plan, np.linspace(0.0, plan.duration_s * plan.tau_scale, 200)))
+    tilt, spin = tilt_only(rotations_of(plan, np.linspace(0.0, plan.duration_s * plan.tau_scale, 200)))
     notes = []
     if spin.max() > TOLD_SPIN_RAD and settings.tilt_fraction > 0:
         notes.append(
@@ -173,20 +173,20 @@ def playable_tilt(arm: RobotModel, plan: MotionPlan, settings: AdaptSettings) ->
     fractions = [settings.tilt_fraction * less for less in LESS] if settings.tilt_fraction > 0 else []
     reason = ""
     for fraction in fractions:
-        attempted = with_share_of_turn(plan, fraction)
+        attempted = with_turn_fraction(plan, fraction)
         try:
             swing = ArmMotion(arm, attempted, settings.lead_in_m_s2)
         except StageError as error:
             reason = str(error)
             continue
-        if swing.least_tau_scale() > settings.tau_range[1]:
+        if swing.min_tau_scale() > settings.tau_range[1]:
             reason = swing.limiting_joint()
             continue
         if fraction < 1:
             notes.append(_less(fraction, float(tilt.max()), reason or "adapt.tilt_fraction"))
         return attempted, tuple(notes)
     notes.append(_less(0.0, float(tilt.max()), reason or "adapt.tilt_fraction=0"))
-    return with_share_of_turn(plan, 0.0), tuple(notes)
+    return with_turn_fraction(plan, 0.0), tuple(notes)
 
 
 def _less(share: float, most_rad: float, reason: str) -> str:

@@ -91,7 +91,7 @@ def _document(motion: PlacedMotion) -> dict[str, Any]:
         "joints": _rows(motion),
         "leading": [dataclasses.asdict(one) for one in motion.shares.leading],
         "clearance": dataclasses.asdict(motion.clearance),
-        "least_tau_scale": motion.least_tau_scale,
+        "min_tau_scale": motion.min_tau_scale,
         "tau_scale": motion.tau_scale,
     }
 
@@ -109,7 +109,7 @@ def _show(motion: PlacedMotion) -> None:
     clear = motion.clearance
     render.text(f"peaks over limits at tau_scale {motion.tau_scale:.2f}; < leads")
     render.text(f"clearance {1e3 * clear.gap_m:.0f} mm between {clear.parts} at {clear.t_s:.2f} s")
-    render.text(f"could be played down to tau_scale {motion.least_tau_scale:.2f}")
+    render.text(f"could be played down to tau_scale {motion.min_tau_scale:.2f}")
 
 
 def _write(output: Path, node: dict[str, Any], motion: PlacedMotion) -> None:

@@ -57,7 +57,7 @@ def make_catch_geometry(
             half_width_m=catch.half_width_m,
             max_speed_m_s=catch.max_speed_m_s,
             braking_m_s2=BRAKING_SHARE * catch.acceleration_m_s2,
-            largest_m_s2=catch.acceleration_m_s2,
+            max_m_s2=catch.acceleration_m_s2,
             period_s=period_s,
         ),
     )

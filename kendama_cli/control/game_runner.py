@@ -71,7 +71,7 @@ class GameRunner:
             gravity_m_s2=game.gravity_m_s2,
         )
         self._cart = CupCart(robot, line, estimator, game, scale, tilting=tilting)
-        workspace, catch, strongest = learn.workspace, settings.catch, learn.largest_action_m_s2
+        workspace, catch, strongest = learn.workspace, settings.catch, learn.max_action_m_s2
         braking = workspace.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else BRAKING_SHARE * strongest
         widest_m = max(workspace.half_width_m, catch.half_width_m)
         fastest_m_s = max(workspace.max_speed_m_s, catch.max_speed_m_s)
@@ -80,7 +80,7 @@ class GameRunner:
             half_width_m=min(scale * workspace.half_width_m, widest_m),
             max_speed_m_s=min(self._cart.time_scale * workspace.max_speed_m_s, fastest_m_s),
             braking_m_s2=braking,
-            largest_m_s2=strongest,
+            max_m_s2=strongest,
             period_s=robot.period_s,
         )
         self._goal = Goal(goal_here(learn.goal, settings.catch), geometry.flight)
@@ -164,7 +164,7 @@ class GameBuilder:
             period_s=robot.period_s,
         )
         with open_observer(
-            setup.cameras, transfer.observation, game, cup_place=arm.tool_place_m, history=history, geometry=geometry
+            setup.cameras, transfer.observation, game, cup_place=arm.tool_position_m, history=history, geometry=geometry
         ) as observer:
             yield GameRunner(
                 recording,

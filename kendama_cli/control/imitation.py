@@ -39,7 +39,7 @@ class Played:
         """Return True if the ball was caught, as in RolloutResult, by the cup's sensor and the tracked ball."""
         states = [one.state for one in self.exchanges]
         poses = [arm.tool_pose(state.position_rad) for state in states]
-        planned_m = np.array([arm.tool_place_m(place) for place in self.joints.position_rad])
+        planned_m = np.array([arm.tool_position_m(place) for place in self.joints.position_rad])
         t_s = np.array([one.t_s for one in self.exchanges]) - self.exchanges[0].t_s
         ways = SampledWays(
             t_s,

@@ -95,7 +95,7 @@ def joint_places(arm: RobotModel, position_rad: Array) -> Array:
 
     Where neighbours share one, as the axes of a wrist do, it is given once: how far apart they are never changes.
     """
-    chain = arm.joint_places_m(position_rad)
+    chain = arm.joint_positions_m(position_rad)
     apart = np.linalg.norm(np.diff(chain, axis=0), axis=1) > SHARED_M
     return np.asarray(chain[np.concatenate([apart, [True]])])
 

@@ -44,7 +44,7 @@ class VisualCatch:
         self.steps = round(cup.period_s / self._step_s)
         self._motion = CorrectedMotion(cup, correction, game.cup.rim_m)
         self._last = self._motion.last
-        rim_m = float(arm.tool_place_m(joints.position_rad[-1])[2]) + game.cup.rim_m
+        rim_m = float(arm.tool_position_m(joints.position_rad[-1])[2]) + game.cup.rim_m
         self._sigma_m = np.array(sensor.sigma_m)
         self._tracker = PositionTracker(sensor.onset, sensor.motion, game, rim_height_m=rim_m, sigma_m=sensor.sigma_m)
         self._from_rad, self._angle_rad = math.radians(sensor.observe_from_deg), 0.0
@@ -73,7 +73,7 @@ class VisualCatch:
         tracker, sensor = self._tracker, self._sensor
         if t_s * sensor.rate_hz >= self._frames - 1e-9:
             self._frames += 1
-            tie_m = self._arm.tool_place_m(position_rad)
+            tie_m = self._arm.tool_position_m(position_rad)
             before, self._angle_rad = self._angle_rad, rope_angle_rad(ball_m - tie_m)
             rises = self._angle_rad >= max(before, self._from_rad)
             if rises or tracker.found is not None:

@@ -68,7 +68,7 @@ class Accelerations:
         if kind not in ("discrete", "continuous"):
             raise ConfigError("actions", f"'actions' is {kind!r}; allowed: discrete, continuous")
         self._values = np.array(settings.actions_m_s2)
-        self._largest = settings.largest_action_m_s2
+        self._largest = settings.max_action_m_s2
         self.space: spaces.Space[Any] = (
             spaces.Discrete(len(self._values)) if kind == "discrete" else spaces.Box(-1.0, 1.0, (1,), dtype=np.float32)
         )

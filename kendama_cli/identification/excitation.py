@@ -12,7 +12,7 @@ from kendama_cli.errors import StageError
 from kendama_cli.identification.settings import IdentifySettings
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.clearance import least_clearance
+from kendama_cli.robot_model.placement.clearance import min_clearance
 from kendama_cli.robot_model.placement.motion_check import limit_ratios
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
@@ -123,8 +123,8 @@ def _overlap(arm: RobotModel, game: GameSettings, joints: JointTrajectory) -> st
     """Return the parts that overlap by more than at home, beyond the coarseness of their capsules; empty if none do."""
     rest = np.zeros((2, len(arm.home_rad)))
     home = JointTrajectory(arm.joint_names, np.array([0.0, 1.0]), np.tile(arm.home_rad, (2, 1)), rest, rest)
-    allowed_m = min(least_clearance(arm, game, home, swing_rad=None).gap_m, 0.0) - CAPSULE_SLACK_M
-    nearest = least_clearance(arm, game, joints, swing_rad=None)
+    allowed_m = min(min_clearance(arm, game, home, swing_rad=None).gap_m, 0.0) - CAPSULE_SLACK_M
+    nearest = min_clearance(arm, game, joints, swing_rad=None)
     if nearest.gap_m >= allowed_m:
         return ""
     return (

@@ -215,7 +215,7 @@ def free_swing(robot: Robot, line: CupLine, game: GameSettings, settings: SwingM
         half_width_m=settings.half_width_m,
         max_speed_m_s=settings.max_speed_m_s,
         braking_m_s2=BRAKING_SHARE * settings.acceleration_m_s2,
-        largest_m_s2=settings.acceleration_m_s2,
+        max_m_s2=settings.acceleration_m_s2,
         period_s=robot.period_s,
     )
     step = _swung_up(cart, limiter, settings, cart.begin(seed))

@@ -83,7 +83,7 @@ def circle(arm: RobotModel, settings: IdentifySettings, period_s: float) -> Circ
     speed = settings.tracking_speed_m_s
     for _ in range(TRIES):
         joints = joint_trajectory(arm, *_path(settings, speed, period_s))
-        fraction = limit_ratios(arm, joints).leading[0].share
+        fraction = limit_ratios(arm, joints).leading[0].ratio
         if fraction <= 1:
             return Circle(joints, speed)
         speed *= MARGIN / min(fraction, 2.0)
@@ -110,8 +110,8 @@ class TrackedPath:
 
     def __init__(self, arm: RobotModel, motion: JointTrajectory, recording: JointRecording) -> None:
         self.t_s = motion.t_s
-        self.wanted_m = np.array([arm.tool_place_m(row) for row in motion.position_rad])
-        self.reached_m = np.array([arm.tool_place_m(row) for row in recording.position_rad])
+        self.wanted_m = np.array([arm.tool_position_m(row) for row in motion.position_rad])
+        self.reached_m = np.array([arm.tool_position_m(row) for row in recording.position_rad])
         self._steady = (self.t_s >= RAMP_S + LONGEST_DELAY_S) & (self.t_s <= self.t_s[-1] - RAMP_S)
         self._curve = CubicSpline(self.t_s, self.wanted_m)
 

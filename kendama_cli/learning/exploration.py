@@ -56,7 +56,7 @@ def drives_place(learn: LearnSettings) -> bool:
 def draw_harmonic(learn: LearnSettings, rng: Generator) -> DrawnHarmonic:
     """Sample a harmonic from the ranges of ``learn.harmonic``."""
     settings = learn.harmonic
-    scale = learn.workspace.half_width_m if drives_place(learn) else learn.largest_action_m_s2
+    scale = learn.workspace.half_width_m if drives_place(learn) else learn.max_action_m_s2
     frequency = rng.uniform(*settings.band_rad_s)
     amplitude = scale * rng.uniform(*settings.amplitude)
     uniform = rng.random()
@@ -90,7 +90,7 @@ class Harmonic:
 
     def __init__(self, learn: LearnSettings, drawn: DrawnHarmonic) -> None:
         self._actions = learn.actions_m_s2
-        self._largest = learn.largest_action_m_s2
+        self._largest = learn.max_action_m_s2
         self._drives_place = drives_place(learn)
         self.drawn = drawn
         self._bang_bang = learn.harmonic.bang_bang

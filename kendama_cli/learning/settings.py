@@ -252,7 +252,7 @@ class LearnSettings:
             )
 
     @property
-    def largest_action_m_s2(self) -> float:
+    def max_action_m_s2(self) -> float:
         """The larger of the two extreme accelerations [m/s^2]."""
         return max(-self.actions_m_s2[0], self.actions_m_s2[-1])
 

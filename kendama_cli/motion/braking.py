@@ -18,7 +18,7 @@ class BrakingLimiter(NamedTuple):
 
     With a deceleration b = ``braking_m_s2`` that can be counted on, braking with -b keeps x + v^2 / (2 b) within
     half_width: the double integrator's stopping parabola. The same holds to the left with x and v of opposite sign. A
-    command whose next ``period_s`` would leave that set is lowered to the edge of it. What ``largest_m_s2`` has over b
+    command whose next ``period_s`` would leave that set is lowered to the edge of it. What ``max_m_s2`` has over b
     is the reserve against an actuator that brakes less than commanded. An actuator that follows late is met by handing
     in the state expected when the command takes effect.
     """
@@ -26,7 +26,7 @@ class BrakingLimiter(NamedTuple):
     half_width_m: float
     max_speed_m_s: float
     braking_m_s2: float
-    largest_m_s2: float
+    max_m_s2: float
     period_s: float
 
     def limit(self, command_m_s2: float, x_m: float, velocity_m_s: float) -> float:
@@ -37,9 +37,9 @@ class BrakingLimiter(NamedTuple):
 def limited(limiter: BrakingLimiter, command_m_s2: float, x_m: float, velocity_m_s: float) -> float:
     """Return the acceleration nearest to ``command_m_s2`` that keeps the cup inside.
 
-    Where a disturbance has left no such acceleration, the answer brakes with ``largest_m_s2``.
+    Where a disturbance has left no such acceleration, the answer brakes with ``max_m_s2``.
     """
-    h, maximum = limiter.period_s, limiter.largest_m_s2
+    h, maximum = limiter.period_s, limiter.max_m_s2
     highest = min(_highest(limiter, x_m, velocity_m_s), (limiter.max_speed_m_s - velocity_m_s) / h)
     lowest = -min(_highest(limiter, -x_m, -velocity_m_s), (limiter.max_speed_m_s + velocity_m_s) / h)
     if command_m_s2 > highest:
@@ -53,7 +53,7 @@ def _highest(limiter: BrakingLimiter, x_m: float, velocity_m_s: float) -> float:
     left_m = limiter.half_width_m - x_m - 0.5 * b * h * h
     reach = b * h * b * h + 2.0 * b * left_m
     if reach <= 0.0:
-        return -limiter.largest_m_s2
+        return -limiter.max_m_s2
     return (math.sqrt(reach) - b * h - velocity_m_s) / h
 
 

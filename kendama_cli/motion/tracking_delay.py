@@ -23,7 +23,7 @@ class Tracking:
     delay_s: Array
     rms_rad: Array
     largest_rad: Array
-    left_rms_rad: Array
+    residual_rms_rad: Array
 
 
 def tracking(t_s: Array, sent_rad: Array, measured_rad: Array) -> Tracking:
@@ -50,7 +50,7 @@ def tracking(t_s: Array, sent_rad: Array, measured_rad: Array) -> Tracking:
         delay_s=np.where(moved, [period_s * shift for shift, _ in best], np.nan),
         rms_rad=np.sqrt((tracking_error**2).mean(axis=0)),
         largest_rad=np.abs(tracking_error).max(axis=0),
-        left_rms_rad=np.sqrt([square for _, square in best]),
+        residual_rms_rad=np.sqrt([square for _, square in best]),
     )
 
 

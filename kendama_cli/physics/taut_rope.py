@@ -32,13 +32,13 @@ class TautRope(NamedTuple):
 
     With the ball on the angle phi from hanging, u = (sin phi, -cos phi), the rope is taut at the distance d(phi) from
     the tie with |d u - q| = l - used, q being the last point that it touches: d = l under the cup, less beside and
-    above it. ``turns_rad`` are the angles from which on the rope goes round the handle's or the cup's lower edge, the
+    above it. ``corners_rad`` are the angles from which on the rope goes round the handle's or the cup's lower edge, the
     cup's and the rim; without a handle the first two are the same edge, and the second angle is never reached.
     """
 
     length_m: float
     cup: CupProfile
-    turns_rad: tuple[float, float, float]
+    corners_rad: tuple[float, float, float]
 
     @classmethod
     def round(cls, cup: CupProfile, length_m: float) -> TautRope:
@@ -126,7 +126,7 @@ def reach(rope: TautRope, angle_rad: float) -> Reach:
     With c = u.q, w.q = dc/dphi and S = sqrt((l - used)^2 - q^2 + c^2):  d = c + S,  d' = w.q d / S.
     """
     angle, side = abs(angle_rad), -1.0 if angle_rad < 0.0 else 1.0
-    first, second, third = rope.turns_rad
+    first, second, third = rope.corners_rad
     cup = rope.cup
     if angle <= first:
         return Reach(rope.length_m, 0.0, 0.0)

@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory, MotionPlan
 from kendama_cli.motion.dmp.heading import CupPath
-from kendama_cli.motion.dmp.turning import cup_axes, turns_of
+from kendama_cli.motion.dmp.turning import cup_axes, rotations_of
 from kendama_cli.robot_model.inverse_kinematics import follow_path
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -36,28 +36,28 @@ class ArmMotion:
         self.lead_in_s = self._path.lead_in_s
         self._t_s: Array = KNOT_S * np.arange(int(np.ceil(self._path.duration_s / KNOT_S)) + 1, dtype=np.float64)
         self.cup_m = self._path.at(self._t_s)
-        home = arm.tool_place_m(arm.home_rad)
-        axes = None if plan.turn is None else cup_axes(turns_of(self._inner, self._t_s - self.lead_in_s))
-        to_start = None if axes is None else cup_axes(_ramp(turns_of(self._inner, np.zeros(1))[0]))
+        home = arm.tool_position_m(arm.home_rad)
+        axes = None if plan.turn is None else cup_axes(rotations_of(self._inner, self._t_s - self.lead_in_s))
+        to_start = None if axes is None else cup_axes(_ramp(rotations_of(self._inner, np.zeros(1))[0]))
         start = follow_path(arm, home + _ramp(self.cup_m[0]), arm.home_rad, axes=to_start)[-1]
         self._curve = CubicSpline(self._t_s, follow_path(arm, home + self.cup_m, start, self._t_s, axes))
         self.home_m = home
         speed, change = np.abs(self._curve(self._t_s, 1)).max(axis=0), np.abs(self._curve(self._t_s, 2)).max(axis=0)
-        self.velocity_shares = speed / arm.limits.velocity_rad_s
-        self.acceleration_shares = change / arm.limits.acceleration_rad_s2
+        self.velocity_ratios = speed / arm.limits.velocity_rad_s
+        self.acceleration_ratios = change / arm.limits.acceleration_rad_s2
 
-    def least_tau_scale(self) -> float:
+    def min_tau_scale(self) -> float:
         """Return the minimum tau_scale within the arm's velocity and acceleration limits."""
-        return float(max(self.velocity_shares.max(), np.sqrt(self.acceleration_shares.max())))
+        return float(max(self.velocity_ratios.max(), np.sqrt(self.acceleration_ratios.max())))
 
     def limiting_joint(self) -> str:
         """Return the joint, and its limit in words, that forbids a faster motion."""
         arm, limits = self.arm, self.arm.limits
-        if self.velocity_shares.max() >= np.sqrt(self.acceleration_shares.max()):
-            j, kind = int(self.velocity_shares.argmax()), "speed"
+        if self.velocity_ratios.max() >= np.sqrt(self.acceleration_ratios.max()):
+            j, kind = int(self.velocity_ratios.argmax()), "speed"
             limit = f"{limits.velocity_rad_s[j]:.2f} rad/s"
         else:
-            j, kind = int(self.acceleration_shares.argmax()), "acceleration"
+            j, kind = int(self.acceleration_ratios.argmax()), "acceleration"
             limit = f"{limits.acceleration_rad_s2[j]:.1f} rad/s^2"
         return f"joint '{arm.joint_names[j]}' with its {kind} limit of {limit}{arm.limit_doubt(kind)}"
 

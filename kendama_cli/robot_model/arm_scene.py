@@ -188,7 +188,7 @@ class ArmScene:
     def _capsules(self) -> list[Solid]:
         """Return a tube from each joint's origin to the next one's, rounded at its ends, and a hub about each axis."""
         model = self._model
-        positions = model.joint_places_m(model.home_rad)
+        positions = model.joint_positions_m(model.home_rad)
         solids = []
         for i, (radius, (start, end)) in enumerate(zip(model.link_radius_m.tolist(), pairwise(positions), strict=True)):
             link, joint = self._links[i + 1], self._body.joints[i]
@@ -219,7 +219,7 @@ class ArmScene:
         """Return the handle from the tip link to the cup's wall."""
         model, tip = self._model, self._body.tip
         start = np.array(tip.getWorldTransform().translation())
-        path = model.tool_place_m(model.home_rad) - start
+        path = model.tool_position_m(model.home_rad) - start
         length = float(np.linalg.norm(path))
         short = length - cup.outer_radius_m
         if short < SHORTEST_M:

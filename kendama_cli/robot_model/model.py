@@ -91,7 +91,7 @@ class RobotModel:
         pose = self.posed(position_rad).cup.getWorldTransform()
         return ToolPose(np.array(pose.translation()), np.array(pose.rotation()))
 
-    def tool_place_m(self, position_rad: Array) -> Array:
+    def tool_position_m(self, position_rad: Array) -> Array:
         """Return the tie point in the world (3,) [m] for the joint angles (n,)."""
         return self.tool_pose(position_rad).position_m
 
@@ -124,7 +124,7 @@ class RobotModel:
         pose = self._skeleton.getBodyNode(0).getWorldTransform()
         return np.array(pose.rotation()), np.array(pose.translation())
 
-    def joint_places_m(self, position_rad: Array) -> Array:
+    def joint_positions_m(self, position_rad: Array) -> Array:
         """Return the positions (n + 1, 3) of the joints' origins and the tip link in the world [m] for the joint
         angles (n,).
         """

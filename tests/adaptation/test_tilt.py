@@ -11,7 +11,7 @@ from kendama_cli.adaptation.catch_family import playable_tilt
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.motion.dmp.averaging import encode, prepare
-from kendama_cli.motion.dmp.turning import cup_axes, encode_turns, turns_of
+from kendama_cli.motion.dmp.turning import cup_axes, encode_rotations, rotations_of
 from kendama_cli.motion.rotation import exponential
 from kendama_cli.robot_model.arm_motion import KNOT_S, ArmMotion
 from kendama_cli.schema.settings import build
@@ -32,7 +32,7 @@ def plan(size_rad, axis):
     turned = exponential(size_rad * np.sin(np.pi * np.clip(t_s / t_s[-1], 0, 1))[:, None] ** 2 * np.array(axis))
     swings = [Demonstration("swing", t_s, rows[:, 1:4], turned)]
     encoding = encode(prepare(swings, encode_settings()), encode_settings())
-    return dataclasses.replace(encoding.average(), turn=encode_turns(swings, encoding, encode_settings())[0])
+    return dataclasses.replace(encoding.average(), turn=encode_rotations(swings, encoding, encode_settings())[0])
 
 
 def test_the_cup_points_where_it_was_turned_to(arm):
@@ -41,7 +41,7 @@ def test_the_cup_points_where_it_was_turned_to(arm):
     swing = ArmMotion(arm, chosen, SHIPPED.lead_in_m_s2)
     made = swing.joints(1.0, 0.1)
     every = round(KNOT_S / 0.001) * 10
-    wanted = cup_axes(turns_of(chosen, made.t_s[::every] - swing.lead_in_s))
+    wanted = cup_axes(rotations_of(chosen, made.t_s[::every] - swing.lead_in_s))
     for angles, axis in zip(made.position_rad[::every], wanted, strict=True):
         assert arm.tool_pose(angles).rotation[:, 2] == pytest.approx(axis, abs=1e-6)
     assert wanted[:, 0].max() == pytest.approx(np.sin(0.3), abs=0.01)

@@ -75,7 +75,7 @@ def test_a_changed_law_of_the_rope(tree: Path, before: dict[str, Any]) -> None:
 
 
 def test_a_new_limit(tree: Path, before: dict[str, Any]) -> None:
-    old = "    h, largest = limiter.period_s, limiter.largest_m_s2\n"
+    old = "    h, largest = limiter.period_s, limiter.max_m_s2\n"
     after = with_patch(tree, "motion/braking.py", old, f"    command_m_s2 = max(-0.5, min(0.5, command_m_s2))\n{old}")
     was, now = before["limits"], after["limits"]
     for engine in ("many", "rail", "dart"):

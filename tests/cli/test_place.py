@@ -94,7 +94,7 @@ def test_what_the_refusal_advises_makes_the_same_motion_workable(
     shown = json.loads(done.stdout)
     assert shown["leading"][0]["share"] <= 1.0
     assert tau is None or shown["tau_scale"] == tau
-    assert shown["tau_scale"] >= min(shown["least_tau_scale"], 6.0)
+    assert shown["tau_scale"] >= min(shown["min_tau_scale"], 6.0)
 
 
 def test_a_node_must_be_a_yaml_file(tmp_path: Path) -> None:

@@ -99,7 +99,7 @@ def test_every_command_keeps_to_the_joints_limits_and_goes_no_farther_than_allow
     # places and speeds belong together: a step is the mean speed, to the third order of the period
     assert np.abs(np.diff(places, axis=0) - H * (speeds[1:] + speeds[:-1]) / 2).max() < 1e-4
     # the place is bounded, and not the aim alone: 10 um is a last period of braking that is not whole
-    beside = np.array([swing().arm.tool_place_m(one.position_rad) for one in commands])
+    beside = np.array([swing().arm.tool_position_m(one.position_rad) for one in commands])
     beside -= np.array([swing().cup.sample(k).position_m for k in range(len(commands))])
     assert np.linalg.norm(beside[:, :2], axis=1).max() < 0.2 + 1e-3
     assert motion.max_shift_m <= 0.2 + 2e-5
@@ -114,7 +114,7 @@ def test_the_cup_brakes_in_time_for_a_ball_that_flies_fast_to_the_side(
     """Matched and then braked with 4 m/s^2, 1.5 m/s take 0.28 m."""
     fast = dataclasses.replace(ball(beside_m), velocity_m_s=np.array([*1.5 * np.sign(beside_m), -2.0]))
     motion, commands = played(fast, max_shift_m=most_m)
-    shift = np.array([swing().arm.tool_place_m(one.position_rad) for one in commands])[:, :2]
+    shift = np.array([swing().arm.tool_position_m(one.position_rad) for one in commands])[:, :2]
     shift -= np.array([swing().cup.sample(k).position_m[:2] for k in range(len(commands))])
     assert np.linalg.norm(shift, axis=1).max() < most_m + 1e-3
     assert not commands[-1].velocity_rad_s.any()

@@ -30,7 +30,7 @@ def held_m(safety: SafetySettings, catch: str = "visual") -> tuple[float, tuple[
 def cup_m() -> np.ndarray:
     """Where the planned cup is from FROM_S on (n, 3)."""
     joints = swing().joints
-    return np.array([swing().arm.tool_place_m(q) for q in joints.position_rad[joints.t_s >= FROM_S]])
+    return np.array([swing().arm.tool_position_m(q) for q in joints.position_rad[joints.t_s >= FROM_S]])
 
 
 def test_in_the_usual_room_the_shipped_arm_is_held_off_its_own_stop_alone() -> None:

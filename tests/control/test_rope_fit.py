@@ -46,8 +46,8 @@ def fit_to(rope_scale: float, motion: CatchMotion) -> FittedMotion:
 def cup_m(joints: JointTrajectory, t_s: np.ndarray) -> np.ndarray:
     """The tie point relative to home (n, 3)."""
     columns = [np.interp(t_s, joints.t_s, column) for column in joints.position_rad.T]
-    home_m = ARM.tool_place_m(ARM.home_rad)
-    return np.array([ARM.tool_place_m(posture) - home_m for posture in np.column_stack(columns)])
+    home_m = ARM.tool_position_m(ARM.home_rad)
+    return np.array([ARM.tool_position_m(posture) - home_m for posture in np.column_stack(columns)])
 
 
 @pytest.mark.parametrize("rope_scale", [0.9, 1.0, 1.07])

@@ -56,7 +56,7 @@ def test_the_scene_is_where_the_arm_truly_is_without_the_noise_of_what_is_read()
         exchange = robot.exchange(JointCommand(home, np.zeros(7), np.zeros(7)))
         scene = exchange.scene
         assert scene is not None
-        assert scene.cup_m == pytest.approx(arm.tool_place_m(scene.position_rad), abs=1e-9)
+        assert scene.cup_m == pytest.approx(arm.tool_position_m(scene.position_rad), abs=1e-9)
         assert scene.cup_rotation.T @ scene.cup_rotation == pytest.approx(np.eye(3))
         ball_noise.append(exchange.state.ball_in_world_m - scene.ball_m)
     assert np.std(ball_noise) == pytest.approx(WORN.ball_noise_m, rel=0.2)
@@ -66,7 +66,7 @@ def test_the_scene_is_where_the_arm_truly_is_without_the_noise_of_what_is_read()
     assert np.linalg.norm(np.diff(elsewhere, axis=0), axis=1) == pytest.approx(
         np.linalg.norm(np.diff(places, axis=0), axis=1)
     ), "links are rigid"
-    assert np.linalg.norm(places[-1] - arm.tool_place_m(home)) < 0.3, "the hand is near the cup"
+    assert np.linalg.norm(places[-1] - arm.tool_position_m(home)) < 0.3, "the hand is near the cup"
 
 
 def test_the_rope_is_seen_to_begin_where_it_is_tied_to_the_cup() -> None:

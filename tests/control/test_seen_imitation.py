@@ -26,7 +26,7 @@ AIRY = dataclasses.replace(TWIN.imperfection, rope_scale=1.0, drag_scale=3.0)
 def played(*, seen: bool) -> tuple[Played, ObservationLog]:
     """The swing on that twin."""
     made, game = swing(), kendama_game()
-    rim_m = made.arm.tool_place_m(made.joints.position_rad[-1])[2] + game.cup.rim_m
+    rim_m = made.arm.tool_position_m(made.joints.position_rad[-1])[2] + game.cup.rim_m
     sigma_m = TRANSFER.observation.position_sigma_m
     tracker = PositionTracker(PREDICT.onset, PREDICT.motion, game, rim_height_m=rim_m, sigma_m=[sigma_m] * 3)
     eyes = MarkerObserver(tracker, TRANSFER.observation, rim_m=rim_m, catch_m=rim_m).without_goal()

@@ -90,7 +90,7 @@ def test_links_that_would_touch_are_named(arm: RobotModel, monkeypatch: pytest.M
 
 def test_on_the_circle_the_cup_has_the_wanted_speed(arm: RobotModel) -> None:
     made = circle(arm, SHIPPED, PERIOD_S)
-    cup = np.array([arm.tool_place_m(row) for row in made.joints.position_rad])
+    cup = np.array([arm.tool_position_m(row) for row in made.joints.position_rad])
     speed = np.linalg.norm(np.diff(cup, axis=0), axis=1) / PERIOD_S
     t_s = made.joints.t_s[:-1]
     steady = (t_s > RAMP_S) & (t_s < t_s[-1] - RAMP_S)

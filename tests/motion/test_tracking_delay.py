@@ -21,7 +21,7 @@ def test_each_joints_delay_is_found_to_a_tenth_of_a_period(delay_s: float) -> No
     found = tracking(t_s, swing(t_s), swing(t_s - delay_s))
     assert found.delay_s[:2] == pytest.approx([delay_s] * 2, abs=0.1 * PERIOD_S)
     assert np.isnan(found.delay_s[2])
-    assert (found.left_rms_rad < 1e-3).all()
+    assert (found.residual_rms_rad < 1e-3).all()
     assert found.rms_rad[0] == pytest.approx(0.4 * 7 * delay_s / np.sqrt(2), rel=0.1, abs=1e-12)
 
 
@@ -31,7 +31,7 @@ def test_noise_is_what_is_left() -> None:
     noise = 3e-4 * rng.standard_normal((len(t_s), 3))
     found = tracking(t_s, swing(t_s), swing(t_s - 0.02) + noise)
     assert found.delay_s[:2] == pytest.approx([0.02] * 2, abs=2e-4)
-    assert found.left_rms_rad == pytest.approx([3e-4] * 3, rel=0.1)
+    assert found.residual_rms_rad == pytest.approx([3e-4] * 3, rel=0.1)
     assert (found.largest_rad >= found.rms_rad).all()
 
 
@@ -41,7 +41,7 @@ def test_no_delay_reaches_over_a_gap_between_two_motions() -> None:
     late = [swing(t_s - 0.03), swing(t_s + 1.3 - 0.03)]
     found = tracking(np.concatenate([t_s, t_s + 5.0]), np.vstack([one, other]), np.vstack(late))
     assert found.delay_s[:2] == pytest.approx([0.03] * 2, abs=0.1 * PERIOD_S)
-    assert found.left_rms_rad[0] < 0.01 * found.rms_rad[0]
+    assert found.residual_rms_rad[0] < 0.01 * found.rms_rad[0]
 
 
 def test_a_joint_that_hardly_moves_has_no_delay() -> None:

@@ -25,7 +25,7 @@ angles = st.floats(-3.1, 3.1)
 
 
 def near_a_turn(rope: TautRope, angle: float) -> bool:
-    return any(abs(abs(angle) - turn) < 2e-3 for turn in rope.turns_rad)
+    return any(abs(abs(angle) - turn) < 2e-3 for turn in rope.corners_rad)
 
 
 @pytest.mark.parametrize("rope", ROPES)

@@ -81,7 +81,7 @@ def test_the_safety_check_keeps_the_whole_cup_off_the_table(cup: str, arm: str) 
     model = RobotModel(robot, game.cup, game.gravity_m_s2)
     safety = build(SafetySettings, plain("safety", "default"), "safety")
     home = np.tile(model.home_rad, (3, 1))
-    tie_m = model.tool_place_m(model.home_rad)
+    tie_m = model.tool_position_m(model.home_rad)
     farthest = float(np.linalg.norm(simulated_corners(game.cup)[:, [0, 2]], axis=1).max())
     table_m = float(tie_m[2]) - farthest - 0.5 * safety.gap_m
     joints = JointTrajectory(model.joint_names, np.array([0.0, 0.01, 0.02]), home, 0 * home, 0 * home)

@@ -37,7 +37,7 @@ def test_the_spheres_at_the_links_ends_stand_on_the_joints_in_any_posture(arm: R
         for one in solids
         if one.kind == "sphere" and one.name == "link"
     ]
-    places = arm.joint_places_m(position)
+    places = arm.joint_positions_m(position)
     distance = np.linalg.norm(np.array(ends)[:, None] - places[None], axis=2)
     assert distance.min(axis=1).max() < 1e-9  # every sphere on a joint
     assert distance.min(axis=0).max() < 1e-9  # and every joint has one
@@ -50,7 +50,7 @@ def test_the_handle_ends_at_the_cups_wall(arm: RobotModel) -> None:
     handle = [one for one in solids if one.name == "handle" and one.kind == "sphere"][-1]
     k = list(frames.children).index(handle.frame)
     end = frames.positions_m[k] + matrix_of(frames.rotations_wxyz[k]) @ np.array(handle.position_m)
-    assert np.linalg.norm(end - arm.tool_place_m(arm.home_rad)) == pytest.approx(GAME.cup.outer_radius_m, abs=1e-9)
+    assert np.linalg.norm(end - arm.tool_position_m(arm.home_rad)) == pytest.approx(GAME.cup.outer_radius_m, abs=1e-9)
 
 
 def test_the_cup_is_a_closed_surface_as_wide_and_high_as_the_cup() -> None:

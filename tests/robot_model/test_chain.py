@@ -11,7 +11,7 @@ from kendama_cli.robot_model.body import heading_turn
 from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, apart, efforts, follow, frames, peaks, put, task
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.clearance import least_clearance, tool_of
+from kendama_cli.robot_model.placement.clearance import min_clearance, tool_of
 from kendama_cli.robot_model.placement.motion_check import limit_ratios
 from kendama_cli.robot_model.placement.placement import joint_trajectory
 from kendama_cli.schema.arrays import Array
@@ -123,10 +123,10 @@ def test_an_arm_folded_onto_itself_overlaps_and_the_parts_are_named(arm: RobotMo
     folded = still + np.array([0.0, 0.0, 0.0, 2.9, 0.0, 0.0, 0.0])
     joints = joint_trajectory(arm, np.linspace(0, 1, 5), np.zeros((5, 3)))
     one = dataclasses.replace(joints, t_s=t_s, position_rad=folded, velocity_rad_s=still, acceleration_rad_s2=still)
-    clear = least_clearance(arm, GAME, one)
+    clear = min_clearance(arm, GAME, one)
     assert clear.gap_m < 0
     assert "'" in clear.parts or "swing" in clear.parts
-    assert least_clearance(arm, GAME, joints).gap_m > 0.0
+    assert min_clearance(arm, GAME, joints).gap_m > 0.0
 
 
 def test_a_frame_carries_a_point_as_a_turn_and_a_shift() -> None:

@@ -58,7 +58,7 @@ def test_every_ready_arm_stands_still_and_sways_in_closed_loop(name: str) -> Non
 
 def test_the_iiwa_has_the_published_lengths_speeds_and_torques() -> None:
     arm = modelled(ready("iiwa"))
-    places = dict(zip((*arm.joint_names, "flange"), arm.joint_places_m(np.zeros(7)), strict=True))
+    places = dict(zip((*arm.joint_names, "flange"), arm.joint_positions_m(np.zeros(7)), strict=True))
     base = np.array(arm.settings.base_position_m)
     heights = [float((places[name] - base)[2]) for name in ("a2", "a4", "a6", "flange")]
     assert np.diff([0.0, *heights]) == pytest.approx([0.36, 0.42, 0.40, 0.126], abs=1e-9)

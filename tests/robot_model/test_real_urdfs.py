@@ -77,7 +77,7 @@ def places(path: str, tip: str, names: tuple[str, ...], position: Array) -> Arra
 def in_root_m(model: RobotModel, position: Array) -> Array:
     """Where the model has its tip, in the root's frame."""
     rotation, place = model.base_pose()
-    return rotation.T @ (model.joint_places_m(position)[-1] - place)
+    return rotation.T @ (model.joint_positions_m(position)[-1] - place)
 
 
 def expected() -> list[dict[str, str]]:

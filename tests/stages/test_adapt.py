@@ -147,7 +147,7 @@ def test_a_size_that_the_arm_can_play_is_searched_where_it_cannot_play_the_motio
     """The joints are as slow as makes tau 0.92 the least for the demonstration: a larger one is out of range."""
     large, free = scaled_plan(bundled, 1.25, 1.0), pa10()
     least = ArmMotion(modelled(free), bundled, SHIPPED.lead_in_m_s2)
-    scale = float(least.acceleration_shares.max()) / 0.92**2
+    scale = float(least.acceleration_ratios.max()) / 0.92**2
     robot = dataclasses.replace(free, acceleration_rad_s2=tuple(scale * np.array(free.acceleration_rad_s2)))
     with pytest.raises(
         StageError, match=r"would have to be 1\.\d\d times slower for pa10.* make it smaller \(adapt\.swing_scale\)"
@@ -284,7 +284,7 @@ def test_slower_play_runs_through_the_same_places(bundled: MotionPlan) -> None:
     assert 2 * two.velocity_rad_s[::2][:n] == pytest.approx(one.velocity_rad_s[:n], abs=1e-12)
     assert 4 * two.acceleration_rad_s2[::2][:n] == pytest.approx(one.acceleration_rad_s2[:n], abs=1e-12)
     assert math.isclose(
-        swing.least_tau_scale(), ArmMotion(swing.arm, scaled_plan(bundled, 1.0, 3.0), 5.0).least_tau_scale()
+        swing.min_tau_scale(), ArmMotion(swing.arm, scaled_plan(bundled, 1.0, 3.0), 5.0).min_tau_scale()
     )
 
 

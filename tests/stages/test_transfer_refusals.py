@@ -33,7 +33,7 @@ def test_a_motion_is_played_only_where_it_and_its_seen_catch_are_safe(
     policy: PolicyArtifact, still: CatchMotion, nothing_moves: None
 ) -> None:
     """The plan lifts the cup by 20 mm in one place; the box beside it is too narrow for the smallest circle."""
-    x = float(RobotModel(ROBOT, GAME.cup, GAME.gravity_m_s2).tool_place_m(still.joints.position_rad[0])[0])
+    x = float(RobotModel(ROBOT, GAME.cup, GAME.gravity_m_s2).tool_position_m(still.joints.position_rad[0])[0])
     narrow = dataclasses.replace(SAFETY, cup_high_m=(x + 0.05, *SAFETY.cup_high_m[1:]))
     with pytest.raises(StageError, match=r"cup, x: from .*nothing was moved"):
         stage(SHORT, safety=narrow).run({"learn": policy, "adapt": still}, MemoryContext(1))

@@ -26,7 +26,7 @@ TURNS = ("rx", "ry", "rz")
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def encode_turns(
+def encode_rotations(
     demonstrations: Sequence[Demonstration], encoding: Encoding, settings: EncodeSettings
 ) -> tuple[TurnPlan, float] | None:
     """Return the average rotation of the ``demonstrations`` behind ``encoding``, and the rms angle that is lost
@@ -51,7 +51,7 @@ def encode_turns(
     return plan, float(np.sqrt(squares / sum(one.samples for one in lost)))
 
 
-def turns_of(plan: MotionPlan, t_s: Array) -> Array:
+def rotations_of(plan: MotionPlan, t_s: Array) -> Array:
     """Return the cup's rotation vectors from upright (n, 3) [rad] at ``t_s`` (n,) of ``plan``; zeros without a
     rotation.
     """
@@ -72,25 +72,25 @@ def turns_of(plan: MotionPlan, t_s: Array) -> Array:
     return play(motion, t_s).position_m
 
 
-def cup_axes(turns_rad: Array) -> Array:
+def cup_axes(corners_rad: Array) -> Array:
     """Return the directions (n, 3) of the cup's axis when it is rotated from upright by the rotation vectors (n, 3)."""
-    return rotated(exponential(turns_rad), UP)
+    return rotated(exponential(corners_rad), UP)
 
 
-def tilt_only(turns_rad: Array) -> tuple[Array, Array]:
+def tilt_only(corners_rad: Array) -> tuple[Array, Array]:
     """Return the tilts [rad] of the cup's axis from upright (n,), and the rotations about that axis that they omit
     (n,).
     """
-    axis = cup_axes(turns_rad)
+    axis = cup_axes(corners_rad)
     across = np.cross(np.broadcast_to(UP, axis.shape), axis)
     sine = np.linalg.norm(across, axis=1)
     tilt = np.arctan2(sine, axis[:, 2])
     shortest = exponential(across * (tilt / np.maximum(sine, 1e-12))[:, None])
-    spin = logarithm(multiply(inverse(shortest), exponential(turns_rad)))
+    spin = logarithm(multiply(inverse(shortest), exponential(corners_rad)))
     return tilt, np.linalg.norm(spin, axis=1)
 
 
-def with_share_of_turn(plan: MotionPlan, share: float) -> MotionPlan:
+def with_turn_fraction(plan: MotionPlan, share: float) -> MotionPlan:
     """Return ``plan`` with its rotation scaled by ``share``; without it for 0."""
     if plan.turn is None or share == 0:
         return dataclasses.replace(plan, turn=None)

@@ -30,7 +30,7 @@ MOST_LEFT_PX = 5.0
 
 
 @dataclass(frozen=True)
-class HandPose:
+class EndEffectorPose:
     """The hand in the robot's world: ``place_m`` (3,), ``rotation`` (3, 3)."""
 
     place_m: Array
@@ -70,7 +70,7 @@ def place_cameras(
     board: Board,
     cameras: Sequence[CameraModel],
     views: Mapping[str, Sequence[BoardView]],
-    hands: Mapping[str, HandPose],
+    hands: Mapping[str, EndEffectorPose],
 ) -> PlacedCameras:
     """Place cameras, calibrated in one world, in the robot's by views of a board on its hand.
 
@@ -111,7 +111,7 @@ def place_cameras(
     )
 
 
-def _sight(board: Board, camera: CameraModel, view: BoardView, hand: HandPose) -> _Sight:
+def _sight(board: Board, camera: CameraModel, view: BoardView, hand: EndEffectorPose) -> _Sight:
     corners = board.corners_m[view.ids]
     _, turn, shift = cv2.solvePnP(corners, view.pixels, camera.optics.matrix, camera.optics.distortion)
     return _Sight(

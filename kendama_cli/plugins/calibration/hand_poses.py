@@ -10,7 +10,7 @@ import numpy as np
 from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.plugins.calibration.csv_rows import csv_rows
-from kendama_cli.plugins.calibration.hand_eye import HandPose
+from kendama_cli.plugins.calibration.hand_eye import EndEffectorPose
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import NotUnitError, unit_quaternions
 
@@ -18,14 +18,14 @@ PLACE = ("x_m", "y_m", "z_m")
 TURN = ("qw", "qx", "qy", "qz")
 
 
-def read_hand_poses(path: Path, arm: RobotModel | None) -> dict[str, HandPose]:
+def read_hand_poses(path: Path, arm: RobotModel | None) -> dict[str, EndEffectorPose]:
     """Read the hand's poses in the robot's world, by the column ``view``: the name of an image, without its ending.
 
     The other columns are the joints' angles [rad], by the joints' names, where there is an ``arm``; else x_m, y_m, z_m,
     qw, qx, qy, qz. Raises InputError for a file that has them not.
     """
     columns = (*PLACE, *TURN) if arm is None else arm.joint_names
-    made: dict[str, HandPose] = {}
+    made: dict[str, EndEffectorPose] = {}
     for number, row in enumerate(csv_rows(path, _remedy(columns)), start=2):
         try:
             values = np.array([float(row[name]) for name in columns])
@@ -40,14 +40,14 @@ def read_hand_poses(path: Path, arm: RobotModel | None) -> dict[str, HandPose]:
     return made
 
 
-def _of_joints(arm: RobotModel, angles: np.ndarray) -> HandPose:
+def _of_joints(arm: RobotModel, angles: np.ndarray) -> EndEffectorPose:
     pose = arm.tool_pose(angles)
-    return HandPose(pose.position_m, pose.rotation)
+    return EndEffectorPose(pose.position_m, pose.rotation)
 
 
-def _of_place(path: Path, number: int, values: np.ndarray) -> HandPose:
+def _of_place(path: Path, number: int, values: np.ndarray) -> EndEffectorPose:
     try:
-        return HandPose(values[:3], matrix_of(unit_quaternions(values[3:])))
+        return EndEffectorPose(values[:3], matrix_of(unit_quaternions(values[3:])))
     except NotUnitError as wrong:
         raise InputError(str(path), f"line {number}: {wrong}", remedy="write unit quaternions") from None
 
@@ -56,7 +56,7 @@ def _remedy(columns: tuple[str, ...]) -> str:
     return f"write CSV with the columns view,{','.join(columns)}"
 
 
-def matching(poses: Mapping[str, HandPose], views: set[str], path: Path) -> None:
+def matching(poses: Mapping[str, EndEffectorPose], views: set[str], path: Path) -> None:
     """Raise InputError where no image has a pose, naming one of each."""
     if not views & set(poses):
         shown = f"the images are '{min(views, default='')}' ..., the poses '{min(poses, default='')}' ..."

@@ -217,7 +217,7 @@ class FrankaRobot:
         self._pipe.close()
 
     def _state(self, done: Done) -> RobotState:
-        place = self._arm.tool_place_m(done.position_rad)
+        place = self._arm.tool_position_m(done.position_rad)
         return RobotState(
             position_rad=done.position_rad,
             velocity_rad_s=done.velocity_rad_s,

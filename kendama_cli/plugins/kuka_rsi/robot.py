@@ -135,7 +135,7 @@ class RsiRobot:
         self._read = telegram
         nothing = np.zeros(len(AXES))
         return RobotState(
-            position, velocity, nothing, np.zeros(6), self._arm.tool_place_m(position), np.full(3, np.nan), False
+            position, velocity, nothing, np.zeros(6), self._arm.tool_position_m(position), np.full(3, np.nan), False
         )
 
     def _controllers_deg(self, position_rad: Array) -> Array:

@@ -83,14 +83,14 @@ class SwingPlanner:
 
 def _cup(settings: LearnSettings) -> kernel.Cup:
     workspace = settings.workspace
-    largest = max(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)
+    largest = max(settings.max_action_m_s2, settings.goal.catch_acceleration_m_s2)
     limited = isinstance(workspace, LimitedWorkspace)
     return kernel.Cup(
         limiter=BrakingLimiter(
             half_width_m=workspace.half_width_m if limited else math.inf,
             max_speed_m_s=workspace.max_speed_m_s,
             braking_m_s2=workspace.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else BRAKING_SHARE * largest,
-            largest_m_s2=largest,
+            max_m_s2=largest,
             period_s=STEP_S,
         ),
         lowest_m_s2=settings.actions_m_s2[0],

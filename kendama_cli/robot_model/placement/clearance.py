@@ -58,7 +58,7 @@ def tool_of(arm: RobotModel, chain: Chain, game: GameSettings) -> ToolGeometry:
     )
 
 
-def least_clearance(
+def min_clearance(
     arm: RobotModel, game: GameSettings, joints: JointTrajectory, *, swing_rad: float | None = 0.0, floor_m: float = 0.0
 ) -> Clearance:
     """Return the minimum gap along ``joints``, the two parts that have it, and its time.

@@ -12,7 +12,7 @@ from kendama_cli.errors import StageError
 from kendama_cli.motion.dmp.heading import CupPath, swing_heading_rad
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.clearance import Clearance, least_clearance
+from kendama_cli.robot_model.placement.clearance import Clearance, min_clearance
 from kendama_cli.robot_model.placement.motion_check import LimitRatios, limit_ratios
 from kendama_cli.robot_model.placement.placement_search import (
     UNREACHED,
@@ -41,7 +41,7 @@ class PlacedMotion:
     placement: Placement
     shares: LimitRatios
     clearance: Clearance
-    least_tau_scale: float
+    min_tau_scale: float
     tau_scale: float
     """at which the shares are"""
 
@@ -98,10 +98,10 @@ def measured(
     """
     arm = RobotModel(robot, game.cup, game.gravity_m_s2)
     swing = ArmMotion(arm, plan, lead_in_m_s2)
-    minimum = swing.least_tau_scale()
+    minimum = swing.min_tau_scale()
     tau = max(plan.tau_scale, min(minimum, slowest_tau))
     joints = swing.joints(tau, 0.0)
-    clear = least_clearance(arm, game, joints, swing_rad=swing_heading_rad(plan))
+    clear = min_clearance(arm, game, joints, swing_rad=swing_heading_rad(plan))
     return PlacedMotion(current_placement(arm), limit_ratios(arm, joints), clear, minimum, tau)
 
 
@@ -115,7 +115,7 @@ def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:
             "it is too wide"
         )
     first = motion.shares.leading[0]
-    if first.share > WORKABLE:
+    if first.ratio > WORKABLE:
         raise StageError(
             f"{robot.name}: the best placement found needs {first}: "
             "play the motion slower (adapt.tau_range), make it smaller (adapt.swing_scale), or choose another robot"

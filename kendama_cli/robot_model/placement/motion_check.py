@@ -12,7 +12,7 @@ from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.errors import StageError
 from kendama_cli.motion.sampling import thinning
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.clearance import EVERY_S, FAR_M, least_clearance
+from kendama_cli.robot_model.placement.clearance import EVERY_S, FAR_M, min_clearance
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.safety import SafetySettings
@@ -25,17 +25,17 @@ UNITS = {"speed": "rad/s", "acceleration": "rad/s^2", "effort": "Nm"}
 
 @dataclass(frozen=True)
 class Leading:
-    """The joint that needs the maximum ``share`` of one kind of limit, and in words why that limit is in ``doubt``."""
+    """The joint that needs the maximum ``ratio`` of one kind of limit, and in words why that limit is in ``doubt``."""
 
     kind: str
     joint: str
-    share: float
+    ratio: float
     limit: float
     doubt: str
 
     def __str__(self) -> str:
         limit = f"{self.limit:.2f} {UNITS[self.kind]}"
-        return f"{self.share:.2f} of joint '{self.joint}' {self.kind} limit ({limit}){self.doubt}"
+        return f"{self.ratio:.2f} of joint '{self.joint}' {self.kind} limit ({limit}){self.doubt}"
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,13 @@ class LimitRatios:
 
     @property
     def leading(self) -> tuple[Leading, ...]:
-        """The leading joint of each kind of limit, the maximum share first."""
+        """The leading joint of each kind of limit, the maximum ratio first."""
         found = []
         kinds = (self.velocity, self.acceleration, self.effort)
         for kind, fractions, limits, doubt in zip(UNITS, kinds, self.limits, self.doubts, strict=True):
             j = int(fractions.argmax())
             found.append(Leading(kind, self.joint_names[j], float(fractions[j]), float(limits[j]), doubt))
-        return tuple(sorted(found, key=lambda one: -one.share))
+        return tuple(sorted(found, key=lambda one: -one.ratio))
 
 
 def limit_ratios(arm: RobotModel, joints: JointTrajectory) -> LimitRatios:
@@ -94,10 +94,10 @@ def require_within_limits(arm: RobotModel, joints: JointTrajectory) -> LimitRati
     """Return the ratios of a motion within the limits; raises StageError, with joint and limit, if it exceeds one."""
     fractions = limit_ratios(arm, joints)
     first = fractions.leading[0]
-    if first.share > 1.0:
+    if first.ratio > 1.0:
         unit = UNITS[first.kind]
         raise StageError(
-            f"joint '{first.joint}' of {arm.settings.name} would need {first.share * first.limit:.2f} {unit}; "
+            f"joint '{first.joint}' of {arm.settings.name} would need {first.ratio * first.limit:.2f} {unit}; "
             f"allowed: {first.limit:.2f} {unit}{first.doubt}: "
             "play the motion slower (adapt.tau_range) or place the arm otherwise (adapt.placement=search)"
         )
@@ -147,7 +147,7 @@ def require_allowed(checked: Iterable[CheckedLimit]) -> None:
 def _limits(arm: RobotModel, joints: JointTrajectory, safety: SafetySettings) -> list[CheckedLimit]:
     found = []
     for one in limit_ratios(arm, joints).leading:
-        fraction = one.share if math.isfinite(one.share) else math.inf
+        fraction = one.ratio if math.isfinite(one.ratio) else math.inf
         unit = UNITS[one.kind]
         needed = f"{fraction * one.limit:.2f} {unit} of joint '{one.joint}'"
         allowed = f"at most {safety.limit_ratio * one.limit:.2f} {unit}{one.doubt}"
@@ -170,7 +170,7 @@ def _gap(arm: RobotModel, game: GameSettings, joints: JointTrajectory, safety: S
     """Check the gap between two parts of the arm; the table beneath it is another limit."""
     still = np.zeros_like(joints.position_rad[:2])
     start = JointTrajectory(joints.joint_names, joints.t_s[:2], joints.position_rad[[0, 0]], still, still)
-    at_start, nearest = (least_clearance(arm, game, one, swing_rad=None, floor_m=-FAR_M) for one in (start, joints))
+    at_start, nearest = (min_clearance(arm, game, one, swing_rad=None, floor_m=-FAR_M) for one in (start, joints))
     overlap = at_start.gap_m < 0
     least_m = min(safety.gap_m, at_start.gap_m - _CAPSULE_SLACK_M) if overlap else safety.gap_m
     return CheckedLimit(
@@ -188,8 +188,8 @@ def _surroundings(
     thin = thinning(joints.t_s, EVERY_S)
     rows = np.unique(np.append(np.arange(0, len(joints.t_s), thin), len(joints.t_s) - 1))
     angles = joints.position_rad[rows]
-    heights = np.array([arm.joint_places_m(one)[:, 2] for one in angles])
-    cup_m = np.array([arm.tool_place_m(one) for one in angles])
+    heights = np.array([arm.joint_positions_m(one)[:, 2] for one in angles])
+    cup_m = np.array([arm.tool_position_m(one) for one in angles])
     lowest = np.minimum(heights[:, 1:-1], heights[:, 2:]) - arm.link_radius_m[1:]
     gaps = np.column_stack([lowest, cup_m[:, 2] - game.cup.reach_m]) - safety.table_height_m
     k, part = np.unravel_index(gaps.argmin(), gaps.shape)

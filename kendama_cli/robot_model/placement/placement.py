@@ -40,7 +40,7 @@ class CupLine:
         count = math.ceil(half_width_m / LINE_STEP_M) + 1
         self.half_width_m = half_width_m
         self.home_rad = arm.home_rad
-        self.home_m = arm.tool_place_m(arm.home_rad)
+        self.home_m = arm.tool_position_m(arm.home_rad)
         self._arm = arm
         out = LINE_STEP_M * np.arange(count + 1)[:, None] * np.array([1.0, 0.0, 0.0])
         right = follow_path(arm, self.home_m + out, arm.home_rad)
@@ -74,6 +74,6 @@ def joint_trajectory(arm: RobotModel, t_s: Array, cup_m: Array) -> JointTrajecto
     ``t_s`` (n,) rises strictly, and the motion must be smooth on that grid: velocities and accelerations are those of
     the cubic spline through the joint angles. Raises StageError where the arm cannot reach (see follow_path).
     """
-    angles = follow_path(arm, arm.tool_place_m(arm.home_rad) + np.asarray(cup_m), arm.home_rad, t_s)
+    angles = follow_path(arm, arm.tool_position_m(arm.home_rad) + np.asarray(cup_m), arm.home_rad, t_s)
     curve = CubicSpline(t_s, angles)
     return JointTrajectory(arm.joint_names, np.asarray(t_s), angles, curve(t_s, 1), curve(t_s, 2))

@@ -74,20 +74,20 @@ class ErringArm:
         rest = np.zeros_like(start)
         self._delay = DriveDelay((start, rest, rest, rest), latency_s=0.0, lag_s=errors.lag_s, step_s=step_s)
         self._none = rest
-        self._misread = _misread(arm, joints, errors) if errors.cup_error_m > 0 else None
+        self._reading_errors = _reading_errors(arm, joints, errors) if errors.cup_error_m > 0 else None
 
     def follows(self, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
         """Return the reference (n,) of positions, velocities and accelerations at the next sample."""
         position, velocity, acceleration, _ = self._delay.delayed((position, velocity, acceleration, self._none))
         return position, velocity, acceleration
 
-    def misreads(self, step: int) -> Array:
+    def reading_error(self, step: int) -> Array:
         """Return the reading error (n,) of the angles for the drive's controller before the sample ``step``."""
-        reading_error: Array = self._none if self._misread is None else self._misread[step - 1]
+        reading_error: Array = self._none if self._reading_errors is None else self._reading_errors[step - 1]
         return reading_error
 
 
-def _misread(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> Array:
+def _reading_errors(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> Array:
     """Return the reading errors (n, joints) by which computed torque deviates by dq from its reference.
 
     dq'' + Kd dq' + Kp (dq + m) = 0,   m = -dq - (Kd dq' + dq'') / Kp,   Kd = 2 sqrt Kp

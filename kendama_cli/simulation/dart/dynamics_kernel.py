@@ -187,7 +187,7 @@ class ArmDynamics:
     def __init__(self, arm: RobotModel, game: GameSettings | None, *, links: bool) -> None:
         chain, n = compiled_chain(arm, with_tool=True), len(arm.joint_names)
         zeros = np.zeros(n)
-        pose, root_m = arm.tool_pose(zeros), arm.joint_places_m(zeros)
+        pose, root_m = arm.tool_pose(zeros), arm.joint_positions_m(zeros)
         rotation, shift = arm.base_pose()
         columns = (chain.axes @ rotation.T, chain.origins @ rotation.T + shift, chain.centers_m @ rotation.T + shift)
         inertia = rotation @ chain.inertia_kg_m2 @ rotation.T

@@ -25,7 +25,7 @@ PLACE = 4
 
 
 @dataclass(frozen=True)
-class HandMoment:
+class HandState:
     """All that a HandWorld is at one instant; see ``HandWorld.go_back``."""
 
     place: Array
@@ -82,12 +82,12 @@ class HandWorld:
         given = self.game.ball.mass_kg * ((ball.velocity_m_s - before_m_s) / STEP_S + self.game.gravity_m_s2 * UP)
         self.force_n = ball.drag_n - given
 
-    def moment(self) -> HandMoment:
+    def moment(self) -> HandState:
         """Return the present state, to which ``go_back`` can return."""
         speeds = self._skeleton.getVelocities()
-        return HandMoment(self.place, speeds, self.ball.position_m, self.ball.velocity_m_s, self.force_n, self._steps)
+        return HandState(self.place, speeds, self.ball.position_m, self.ball.velocity_m_s, self.force_n, self._steps)
 
-    def go_back(self, to: HandMoment) -> None:
+    def go_back(self, to: HandState) -> None:
         """Restore that state of this world; what follows may differ in rounding from what followed before."""
         self.place, self.force_n, self._steps = to.place, to.force_n, to.steps
         self.t_s = self._steps * STEP_S

@@ -159,8 +159,8 @@ class RolloutResult:
     flight_s: tuple[float, float] | None
     swing_slack_s: float
     apex_m: float
-    velocity_share: float
-    effort_share: float
+    velocity_ratio: float
+    effort_ratio: float
     effort_joint: str
     trace: Trace | None
 
@@ -194,7 +194,7 @@ def play_rollout(
         samples.append(_sample(world))
     for k in range(1, len(planned)):
         position, speed, change = planned[k]
-        reading_error = noises[k] if erring is None else noises[k] + erring.misreads(k)
+        reading_error = noises[k] if erring is None else noises[k] + erring.reading_error(k)
         if correction is not None:
             ahead = (k - 1) % correction.steps
             if ahead == 0:
@@ -220,8 +220,8 @@ def play_rollout(
         flight_s=None if descent is None else descent.flight_s,
         swing_slack_s=flight.swing_slack_s,
         apex_m=float(flight.apex_m - world.ball.game.cup.rim_m),
-        velocity_share=float((fastest / world.arm.limits.velocity_rad_s).max()),
-        effort_share=float(efforts.max()),
+        velocity_ratio=float((fastest / world.arm.limits.velocity_rad_s).max()),
+        effort_ratio=float(efforts.max()),
         effort_joint=world.arm.joint_names[int(efforts.argmax())],
         trace=_trace(samples, descent) if record else None,
     )
@@ -230,7 +230,7 @@ def play_rollout(
 def _catch_from_s(world: ArmWorld, joints: JointTrajectory) -> float:
     """Return the earliest time of the planned catch."""
     t_s = joints.t_s[::PLANNED_EVERY] - joints.t_s[0]
-    return catch_from_s(t_s, np.array([world.arm.tool_place_m(one) for one in joints.position_rad[::PLANNED_EVERY]]))
+    return catch_from_s(t_s, np.array([world.arm.tool_position_m(one) for one in joints.position_rad[::PLANNED_EVERY]]))
 
 
 def _trace(samples: Sequence[tuple[float | Array, ...]], descent: Descent | None) -> Trace:

@@ -45,11 +45,11 @@ def attach_links(body: Body, arm: RobotModel, cup: CupSettings) -> None:
     The handle ends at the cup's wall. Parts of the arm do not touch each other.
     """
     body.skeleton.setPositions(arm.home_rad)
-    positions = arm.joint_places_m(arm.home_rad)
+    positions = arm.joint_positions_m(arm.home_rad)
     links = [joint.getChildBodyNode() for joint in body.joints]
     for link, radius, (start, end) in zip(links, arm.link_radius_m, pairwise(positions), strict=True):
         _attach_capsule(link, start, end, float(radius))
-    handle = arm.tool_place_m(arm.home_rad) - positions[-1]
+    handle = arm.tool_position_m(arm.home_rad) - positions[-1]
     length = float(np.linalg.norm(handle))
     short = max(length - cup.radius_m - cup.wall_m - HANDLE_RADIUS_M, 0.0)
     if length > SHORTEST_M:
@@ -223,6 +223,6 @@ class ArmWorld:
 
 
 def _sensor(task: InteractSettings, arm: RobotModel, body: Body, scene: SceneSettings) -> ContactSensor:
-    base_m = np.linspace(arm.settings.base_position_m, arm.joint_places_m(arm.home_rad)[0], num=50)
-    check_clear(scene, base_m, arm.tool_place_m(arm.home_rad), task.probe.radius_m)
+    base_m = np.linspace(arm.settings.base_position_m, arm.joint_positions_m(arm.home_rad)[0], num=50)
+    check_clear(scene, base_m, arm.tool_position_m(arm.home_rad), task.probe.radius_m)
     return ContactSensor(body.cup, task.probe.mass_kg, task.sensor_hz, STEP_S)

@@ -84,7 +84,7 @@ class _Search:
         self._physics, self._aim, self._catch, limits = rules.physics, rules.aim, rules.catch, rules.limits
         if math.isinf(limits.half_width_m):  # the edge ends a rollout: braking just in time never loses to leaving
             weaker = min(-settings.actions_m_s2[0], settings.actions_m_s2[-1])
-            limits = limits._replace(half_width_m=limits.edge_m, braking_m_s2=weaker, largest_m_s2=weaker)
+            limits = limits._replace(half_width_m=limits.edge_m, braking_m_s2=weaker, max_m_s2=weaker)
         self._limits = limits
         swing = CompiledRail(game, settings.step_s)
         swing.start(SwingState(0.0, 0.0, 0.0, 0.0))

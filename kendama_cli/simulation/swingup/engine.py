@@ -17,13 +17,13 @@ from kendama_cli.settings.game import GameSettings
 def limiter(settings: LearnSettings) -> BrakingLimiter:
     """Keep position and velocity within ``learn.workspace``; if leaving ends the rollout, the velocity alone."""
     workspace = settings.workspace
-    maximum = max(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)
+    maximum = max(settings.max_action_m_s2, settings.goal.catch_acceleration_m_s2)
     limited = isinstance(workspace, LimitedWorkspace)
     return BrakingLimiter(
         half_width_m=workspace.half_width_m if limited else math.inf,
         max_speed_m_s=workspace.max_speed_m_s,
         braking_m_s2=workspace.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else maximum,
-        largest_m_s2=maximum,
+        max_m_s2=maximum,
         period_s=settings.step_s,
     )
 
@@ -32,12 +32,12 @@ def catch_limiter(settings: LearnSettings) -> BrakingLimiter:
     """Keep position and velocity within ``learn.workspace`` after the release, whatever leaving it means before."""
     workspace = settings.workspace
     limited = limiter(settings)
-    weaker = min(settings.largest_action_m_s2, settings.goal.catch_acceleration_m_s2)
+    weaker = min(settings.max_action_m_s2, settings.goal.catch_acceleration_m_s2)
     return BrakingLimiter(
         half_width_m=workspace.half_width_m,
         max_speed_m_s=workspace.max_speed_m_s,
         braking_m_s2=limited.braking_m_s2 if isinstance(workspace, LimitedWorkspace) else BRAKING_SHARE * weaker,
-        largest_m_s2=limited.largest_m_s2,
+        max_m_s2=limited.max_m_s2,
         period_s=settings.step_s,
     )
 

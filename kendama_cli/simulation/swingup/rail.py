@@ -43,7 +43,7 @@ def physics(game: GameSettings, step_s: float, rope_scale: float = 1.0, drag_sca
         )
     mass = game.ball.mass_kg
     rope, (linear, quadratic) = TautRope.of(game, rope_scale), (drag_scale * one for one in game.drag)
-    cup, (_, floor_rad, rim_rad) = rope.cup, rope.turns_rad
+    cup, (_, floor_rad, rim_rad) = rope.cup, rope.corners_rad
     return kernel.Physics(
         step_s=step_s,
         weight_n=game.gravity_m_s2 * mass,
@@ -117,7 +117,7 @@ def _limits(limits: BrakingLimiter, settings: LearnSettings) -> kernel.Limits:
         half_width_m=float(limits.half_width_m),
         max_speed_m_s=float(limits.max_speed_m_s),
         braking_m_s2=float(limits.braking_m_s2),
-        largest_m_s2=float(limits.largest_m_s2),
+        max_m_s2=float(limits.max_m_s2),
         edge_m=float(settings.workspace.half_width_m) if settings.workspace.kind == "terminate" else math.inf,
     )
 

@@ -64,7 +64,7 @@ class Limits(NamedTuple):
     half_width_m: float
     max_speed_m_s: float
     braking_m_s2: float
-    largest_m_s2: float
+    max_m_s2: float
     edge_m: float
 
 
@@ -155,7 +155,7 @@ def _ball(s: Array) -> Ball:
 
 @compiled
 def _limited(command: float, s: Array, p: Physics, w: Limits) -> float:
-    limiter = BrakingLimiter(w.half_width_m, w.max_speed_m_s, w.braking_m_s2, w.largest_m_s2, p.step_s)
+    limiter = BrakingLimiter(w.half_width_m, w.max_speed_m_s, w.braking_m_s2, w.max_m_s2, p.step_s)
     return limited(limiter, command, s[0], s[3])
 
 
@@ -260,7 +260,7 @@ def hold(  # noqa: PLR0917
 
 
 @compiled
-def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> int:
+def fly(s: Array, at_most: int, max_m_s2: float, p: Physics, w: Limits) -> int:
     """Play the flight after the goal, the cup heading for the landing; return the number of its steps."""
     steps = 0
     while steps < at_most and abs(s[0]) <= w.edge_m:
@@ -268,7 +268,7 @@ def fly(s: Array, at_most: int, largest_m_s2: float, p: Physics, w: Limits) -> i
         if found.time_s <= 0.5 * p.step_s:
             break
         desired = found.acceleration_m_s2
-        desired = max(-largest_m_s2, min(largest_m_s2, desired))
+        desired = max(-max_m_s2, min(max_m_s2, desired))
         step(s, _limited(desired, s, p, w), p)
         steps += 1
     return steps

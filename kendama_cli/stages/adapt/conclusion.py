@@ -79,9 +79,9 @@ def conclude(
         "lateral_miss_mm": None if result.side_miss_m is None else 1e3 * result.side_miss_m,
         "swing_slack_ms": 1e3 * result.swing_slack_s,
         "apex_mm": 1e3 * result.apex_m,
-        "planned_speed_over_limit": float(swing.velocity_shares.max() / variation.tau_scale),
-        "speed_over_limit": result.velocity_share,
-        "effort_over_limit": result.effort_share,
+        "planned_speed_over_limit": float(swing.velocity_ratios.max() / variation.tau_scale),
+        "speed_over_limit": result.velocity_ratio,
+        "effort_over_limit": result.effort_ratio,
     }
     joints = swing.joints(variation.tau_scale, settings.hold_s)
     plan = turned_plan(family.plan(variation), heading_rad)
@@ -134,7 +134,7 @@ def _best_short_of_reach(search: Search, method: CatchSearch) -> MotionVariation
 
 
 def _obstacle(trials: Trials, chosen: Attempt, settings: AdaptSettings, bounds: Bounds, result: RolloutResult) -> str:
-    torque = f"joint '{result.effort_joint}'" if result.effort_share >= TORQUE_SPENT else None
+    torque = f"joint '{result.effort_joint}'" if result.effort_ratio >= TORQUE_SPENT else None
     limiting = trials.family.swing(MotionVariation(1.0, chosen.variation.amplitude)).limiting_joint()
     return obstacle(chosen, settings, bounds, limiting, torque)
 

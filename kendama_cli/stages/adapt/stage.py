@@ -101,7 +101,7 @@ def _placed(
     with contextlib.suppress(StageError):  # out of reach: perhaps only the line is
         found = placed(robot, find(line=settings.line))
         arm = RobotModel(found, game.cup, game.gravity_m_s2)
-        if ArmMotion(arm, plan, lead_in).least_tau_scale() <= settings.tau_range[1]:
+        if ArmMotion(arm, plan, lead_in).min_tau_scale() <= settings.tau_range[1]:
             return found
     return placed(robot, find(line=None))
 
@@ -116,7 +116,7 @@ def _require_playable(family: CatchFamily, settings: AdaptSettings, robot: Robot
     given = settings.placement == "fixed"
     otherwise = "place the arm otherwise (adapt.placement=search)" if given else "choose another robot"
     raise StageError(
-        f"the motion would have to be {swing.least_tau_scale():.2f} times slower for {robot.name}, whose "
+        f"the motion would have to be {swing.min_tau_scale():.2f} times slower for {robot.name}, whose "
         f"{swing.limiting_joint()} forbids it; "
         f"allowed: tau_scale up to {maximum}: raise adapt.tau_range, make it smaller (adapt.swing_scale), or "
         f"{otherwise}"

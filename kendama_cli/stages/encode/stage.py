@@ -17,7 +17,7 @@ from kendama_cli.motion.dmp.averaging import COORDINATES, Deviation, Encoding, a
 from kendama_cli.motion.dmp.onset import between_samples_m
 from kendama_cli.motion.dmp.primitive import play
 from kendama_cli.motion.dmp.settings import EncodeSettings
-from kendama_cli.motion.dmp.turning import encode_turns, tilt_only, turns_of
+from kendama_cli.motion.dmp.turning import encode_rotations, rotations_of, tilt_only
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.encode.messages import WeightsMessage
@@ -105,11 +105,11 @@ def _with_turn(
     mean: MotionPlan, demonstrations: Sequence[Demonstration], encoding: Encoding, settings: EncodeSettings
 ) -> tuple[MotionPlan, dict[str, Metric]]:
     """Return the average primitive, with the cup's rotation if all demonstrations have one, and its metrics."""
-    found = encode_turns(demonstrations, encoding, settings)
+    found = encode_rotations(demonstrations, encoding, settings)
     if found is None:
         return mean, {}
     turned = dataclasses.replace(mean, turn=found[0])
-    tilt, spin = tilt_only(turns_of(turned, SHARES * turned.duration_s))
+    tilt, spin = tilt_only(rotations_of(turned, SHARES * turned.duration_s))
     figures: dict[str, Metric] = {
         "turn_rmse_deg": float(np.degrees(found[1])),
         "tilt_max_deg": float(np.degrees(tilt.max())),

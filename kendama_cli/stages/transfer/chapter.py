@@ -248,7 +248,7 @@ def _joints(whole: Tracking, names: list[str]) -> Panel:
         axes.set_xticks(index, names, rotation=30, ha="right")
         right = axes.twinx()
         right.plot(index, 1e3 * whole.rms_rad, "o", mfc="none", color=SERIES[1], label="rms")
-        right.plot(index, 1e3 * whole.left_rms_rad, "o", ms=4, color=SERIES[1], label="rms without the delay")
+        right.plot(index, 1e3 * whole.residual_rms_rad, "o", ms=4, color=SERIES[1], label="rms without the delay")
         right.set_ylabel("measured less sent [mrad]")
         right.set_ylim(bottom=0)
         legend_above(right)

@@ -11,7 +11,7 @@ import pytest
 from kendama_cli.artifacts.motion_plan import MotionPlan, TurnPlan
 from kendama_cli.motion.dmp.heading import swing_heading_rad, turned_plan
 from kendama_cli.motion.dmp.primitive import parameters, play, with_parameters
-from kendama_cli.motion.dmp.turning import cup_axes, turns_of
+from kendama_cli.motion.dmp.turning import cup_axes, rotations_of
 from kendama_cli.schema.arrays import Array
 
 T_S = np.linspace(0.0, 1.0, 200)
@@ -50,8 +50,8 @@ def test_all_of_a_primitive_is_turned_path_cup_and_how_demonstrations_differ(ang
     made = turned_plan(one, angle)
     wanted = play(one, T_S).position_m @ about_z(angle).T
     assert play(made, T_S).position_m == pytest.approx(wanted, abs=1e-12)
-    axes = cup_axes(turns_of(one, T_S)) @ about_z(angle).T
-    assert cup_axes(turns_of(made, T_S)) == pytest.approx(axes, abs=1e-12)
+    axes = cup_axes(rotations_of(one, T_S)) @ about_z(angle).T
+    assert cup_axes(rotations_of(made, T_S)) == pytest.approx(axes, abs=1e-12)
     assert swing_heading_rad(made) == pytest.approx(
         math.remainder(swing_heading_rad(one) + angle, 2 * math.pi), abs=1e-9
     )

@@ -10,7 +10,7 @@ import pytest
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.motion.dmp.averaging import encode, prepare
 from kendama_cli.motion.dmp.plan_text import plan_from_text, plan_text
-from kendama_cli.motion.dmp.turning import cup_axes, encode_turns, tilt_only, turns_of, with_share_of_turn
+from kendama_cli.motion.dmp.turning import cup_axes, encode_rotations, rotations_of, tilt_only, with_turn_fraction
 from kendama_cli.motion.rotation import exponential
 from tests.motion.swings import path, settings
 
@@ -25,7 +25,7 @@ def tilting(t, size=0.4):
 def turned_plan(*sizes):
     swings = [Demonstration(f"d{i}", T, path(T), exponential(tilting(T, size))) for i, size in enumerate(sizes)]
     encoding = encode(prepare(swings, settings()), settings())
-    made = encode_turns(swings, encoding, settings())
+    made = encode_rotations(swings, encoding, settings())
     assert made is not None
     return dataclasses.replace(encoding.average(), turn=made[0]), made[1], encoding.trimmed[0].onset_s
 
@@ -33,18 +33,18 @@ def turned_plan(*sizes):
 def test_a_turn_is_reproduced_with_the_motion():
     plan, lost, onset_s = turned_plan(0.4)
     t_s = np.linspace(0, plan.duration_s, 100)
-    assert np.abs(turns_of(plan, t_s) - tilting(t_s + onset_s)).max() < np.radians(1)
+    assert np.abs(rotations_of(plan, t_s) - tilting(t_s + onset_s)).max() < np.radians(1)
     assert lost < np.radians(0.5)
 
 
 def test_turns_about_one_axis_are_averaged():
     plan, _, _ = turned_plan(0.2, 0.6)
-    assert np.abs(turns_of(plan, T) - turns_of(turned_plan(0.4)[0], T)).max() < 1e-6
+    assert np.abs(rotations_of(plan, T) - rotations_of(turned_plan(0.4)[0], T)).max() < 1e-6
 
 
 def test_where_one_demonstration_has_no_orientation_there_is_none():
     swings = [Demonstration("a", T, path(T), exponential(tilting(T))), Demonstration("b", T, path(T))]
-    assert encode_turns(swings, encode(prepare(swings, settings()), settings()), settings()) is None
+    assert encode_rotations(swings, encode(prepare(swings, settings()), settings()), settings()) is None
 
 
 @pytest.mark.parametrize("form", ["json", "yaml"])
@@ -69,5 +69,5 @@ def test_tilt_and_spin_are_told_apart():
 
 def test_a_share_of_a_turn_is_that_share_throughout():
     plan, _, _ = turned_plan(0.4)
-    assert turns_of(with_share_of_turn(plan, 0.5), T) == pytest.approx(0.5 * turns_of(plan, T), abs=1e-12)
-    assert with_share_of_turn(plan, 0.0).turn is None
+    assert rotations_of(with_turn_fraction(plan, 0.5), T) == pytest.approx(0.5 * rotations_of(plan, T), abs=1e-12)
+    assert with_turn_fraction(plan, 0.0).turn is None

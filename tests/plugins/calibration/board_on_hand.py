@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.plugins.calibration.calibration import BoardView
-from kendama_cli.plugins.calibration.hand_eye import HandPose
+from kendama_cli.plugins.calibration.hand_eye import EndEffectorPose
 from kendama_cli.vision.cameras.camera_model import CameraModel
 from tests.plugins.calibration.board_views import BOARD, camera
 
@@ -40,7 +40,7 @@ def calibrated(models: list[CameraModel]) -> list[CameraModel]:
     ]
 
 
-def hands(count: int, seed: int, *, axes: int = 3) -> list[HandPose]:
+def hands(count: int, seed: int, *, axes: int = 3) -> list[EndEffectorPose]:
     """Poses that show the print to the cameras, turned by up to 25 deg about so many axes."""
     rng = np.random.default_rng(seed)
     made = []
@@ -49,11 +49,11 @@ def hands(count: int, seed: int, *, axes: int = 3) -> list[HandPose]:
         board = Rotation.from_rotvec(vector).as_matrix()
         middle = MIDDLE_M + rng.uniform(-0.06, 0.06, 3)
         rotation = board @ IN_HAND[0].T
-        made.append(HandPose(middle - rotation @ IN_HAND[1], rotation))
+        made.append(EndEffectorPose(middle - rotation @ IN_HAND[1], rotation))
     return made
 
 
-def board_pose(hand: HandPose) -> tuple[np.ndarray, np.ndarray]:
+def board_pose(hand: EndEffectorPose) -> tuple[np.ndarray, np.ndarray]:
     """Rotation and middle of the board in the robot's world."""
     return hand.rotation @ IN_HAND[0], hand.place_m + hand.rotation @ IN_HAND[1]
 
@@ -63,7 +63,7 @@ class Told:
     """Input of the calibration: corners by camera, and the hand's poses as the robot tells them."""
 
     views: dict[str, list[BoardView]]
-    hands: dict[str, HandPose]
+    hands: dict[str, EndEffectorPose]
 
 
 def told(count: int, seed: int, *, axes: int = 3, robot_m: float = 0.0, robot_rad: float = 0.0) -> Told:
@@ -78,7 +78,7 @@ def told(count: int, seed: int, *, axes: int = 3, robot_m: float = 0.0, robot_ra
             pixels = model.project(middle + flat @ rotation.T) + 0.1 * rng.standard_normal((len(flat), 2))
             views[model.name].append(BoardView(str(number), np.arange(len(flat)), pixels))
     off = {
-        str(number): HandPose(
+        str(number): EndEffectorPose(
             hand.place_m + robot_m * rng.standard_normal(3),
             Rotation.from_rotvec(robot_rad * rng.standard_normal(3)).as_matrix() @ hand.rotation,
         )

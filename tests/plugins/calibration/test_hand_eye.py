@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.plugins.calibration.hand_eye import HandPose, PlacedCameras, place_cameras
+from kendama_cli.plugins.calibration.hand_eye import EndEffectorPose, PlacedCameras, place_cameras
 from tests.plugins.calibration.board_on_hand import IN_HAND, Told, calibrated, cameras, told
 from tests.plugins.calibration.board_views import BOARD
 
@@ -66,6 +66,6 @@ def test_poses_of_other_images_are_refused() -> None:
     turned = dict(zip(names, [given.hands[name] for name in [*names[1:], names[0]]], strict=True))
     with pytest.raises(ValueError, match=r"leave \d+\.\d px between each other; allowed: 5"):
         placed(Told(given.views, turned))
-    millimetres = {name: HandPose(1000 * one.place_m, one.rotation) for name, one in given.hands.items()}
+    millimetres = {name: EndEffectorPose(1000 * one.place_m, one.rotation) for name, one in given.hands.items()}
     with pytest.raises(ValueError, match="lengths are metres"):
         placed(Told(given.views, millimetres))

@@ -64,14 +64,14 @@ def picture(places_m, rotations, size_m, rng, *, dictionary="4x4_50", number=0, 
     return np.clip(total / len(places_m) + rng.normal(0, noise, wall.shape), 0, 255).astype(np.uint8)
 
 
-def write_film(path: Path, t_s, place_m, turns_rad, *, rate_hz, exposure_s, size_m=0.04, seed=10000, hidden=()):
-    """A film of the marker at ``place_m`` (n, 3) in the world of a level camera, turned by ``turns_rad`` (n, 3)."""
+def write_film(path: Path, t_s, place_m, corners_rad, *, rate_hz, exposure_s, size_m=0.04, seed=10000, hidden=()):
+    """A film of the marker at ``place_m`` (n, 3) in the world of a level camera, turned by ``corners_rad`` (n, 3)."""
     rng = np.random.default_rng(seed)
     film = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), rate_hz, (WIDTH, HEIGHT))
     for count in range(int((t_s[-1] - t_s[0]) * rate_hz)):
         at = t_s[0] + count / rate_hz + exposure_s * np.linspace(-0.5, 0.5, 6)
         places = np.column_stack([np.interp(at, t_s, column) for column in place_m.T]) @ LEVEL.T
-        turns = np.column_stack([np.interp(at, t_s, column) for column in turns_rad.T])
+        turns = np.column_stack([np.interp(at, t_s, column) for column in corners_rad.T])
         seen = [] if count in hidden else [turned(turn) for turn in turns]
         frame = picture(places, seen, size_m, rng) if seen else np.full((HEIGHT, WIDTH), 120, np.uint8)
         film.write(cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR))

@@ -88,7 +88,7 @@ def test_a_trajectory_holds_the_cup_upright_on_its_path(arm: RobotModel) -> None
     joints = joint_trajectory(arm, t_s, cup_m)
     for i in range(0, 401, 40):
         value, jacobian = arm.cup_task(joints.position_rad[i])
-        assert np.abs(value - [*(arm.tool_place_m(arm.home_rad) + cup_m[i]), 0, 0]).max() < 1e-8
+        assert np.abs(value - [*(arm.tool_position_m(arm.home_rad) + cup_m[i]), 0, 0]).max() < 1e-8
         speed = [0.75 * np.sin(6 * t_s[i]), 0.0, 0.4 * np.sin(4 * t_s[i]), 0.0, 0.0]
         if i > 0:  # at its ends a spline's speed is less exact
             assert jacobian @ joints.velocity_rad_s[i] == pytest.approx(speed, abs=1e-3)

@@ -116,11 +116,11 @@ def test_the_cost_is_what_the_arm_in_dart_needs(problem: PlacementProblem, found
 def test_the_search_beats_the_posture_in_the_middle_of_the_ranges_and_nothing_collides(found: Placement) -> None:
     motion = measured(placed(pa10(), found), GAME, PLAN, LEAD_IN)
     given = measured(pa10(), GAME, PLAN, LEAD_IN)
-    assert motion.shares.leading[0].share < 1.0
+    assert motion.shares.leading[0].ratio < 1.0
     assert motion.shares.velocity.max() < 1.05 * given.shares.velocity.max()
     assert motion.clearance.gap_m > 0.0
     assert motion.shares.to_stop_rad.min() > 0.04
-    assert motion.least_tau_scale < 1.0
+    assert motion.min_tau_scale < 1.0
     require_workable(pa10(), motion)
 
 

@@ -112,7 +112,7 @@ def test_dart_looks_before_anything_touches() -> None:
     world = ArmWorld(pa10(), game, links=True)
     world.reset(world.arm.home_rad)
     home, still = world.arm.home_rad, np.zeros(7)
-    places = world.arm.joint_places_m(home)
+    places = world.arm.joint_positions_m(home)
     world.perturb(WorldErrors(rope_scale=5.0))  # long enough for every place
     rng, touched = np.random.default_rng(2), 0
     for _ in range(60):
@@ -146,7 +146,7 @@ def test_the_compiled_arm_is_dart_s() -> None:
         dynamics.observe(angles, speeds)
         assert dynamics.inertia == pytest.approx(skeleton.getMassMatrix() + rotors, abs=1e-12)
         assert dynamics.bias == pytest.approx(skeleton.getCoriolisAndGravityForces(), abs=1e-10)
-        assert dynamics.points[:8] == pytest.approx(arm.joint_places_m(angles), abs=1e-12)
+        assert dynamics.points[:8] == pytest.approx(arm.joint_positions_m(angles), abs=1e-12)
         force = rng.normal(size=3)
         jacobian = arm.tool_jacobian(angles)[:3]
         moments = np.cross(body.tie.getCOM(), force)

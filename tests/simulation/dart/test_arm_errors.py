@@ -71,7 +71,7 @@ def test_the_arm_does_not_know_that_it_errs() -> None:
     errors = ArmErrors(cup_error_m=0.005, cup_error_hz=0.5)
     made = play_rollout(world, joints, errors=errors, correction=reader, record=True)
     assert made.trace is not None
-    read = np.array([world.arm.tool_place_m(q) for q in reader.read_rad]) - world.arm.tool_place_m(
+    read = np.array([world.arm.tool_position_m(q) for q in reader.read_rad]) - world.arm.tool_position_m(
         joints.position_rad[0]
     )
     late = len(read) // 2

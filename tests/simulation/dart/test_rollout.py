@@ -79,7 +79,7 @@ def test_the_joint_that_came_nearest_to_its_torque_limit_is_named(world: ArmWorl
     world.perturb(NO_ERRORS)
     result = _play(world, plan, 1.0)
     assert result.effort_joint in world.arm.joint_names
-    assert 0.1 < result.effort_share <= 1.0
+    assert 0.1 < result.effort_ratio <= 1.0
 
 
 def test_a_rope_longer_than_thought_changes_the_miss_and_nothing_of_it_remains(

@@ -12,7 +12,7 @@ from kendama_cli.simulation.dart.world import STEP_S
 
 
 @dataclass(frozen=True)
-class PathMoment:
+class PathState:
     """All that a HandPath remembers at one moment."""
 
     t_s: float
@@ -64,10 +64,10 @@ class HandPath:
             return joined
         return np.column_stack([np.convolve(column, self._weights, "valid") for column in known.T])
 
-    def moment(self) -> PathMoment:
+    def moment(self) -> PathState:
         """Return the present state, to which ``go_back`` can return."""
-        return PathMoment(self._t_s, self._last, self._steps, self._recent)
+        return PathState(self._t_s, self._last, self._steps, self._recent)
 
-    def go_back(self, to: PathMoment) -> None:
+    def go_back(self, to: PathState) -> None:
         """Forget the samples since that moment."""
         self._t_s, self._last, self._steps, self._recent = to.t_s, to.last, to.steps, to.recent

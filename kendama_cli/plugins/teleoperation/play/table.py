@@ -12,12 +12,12 @@ import numpy as np
 
 from kendama_cli.errors import UsageError
 from kendama_cli.plugins.teleoperation.play.conditions import Conditions
-from kendama_cli.plugins.teleoperation.play.hand_path import HandPath, PathMoment
+from kendama_cli.plugins.teleoperation.play.hand_path import HandPath, PathState
 from kendama_cli.plugins.teleoperation.play.settings import PlaySettings
 from kendama_cli.plugins.teleoperation.play.try_record import RecordMoment, TryRecord
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.dart.hand_world import PLACE, HandMoment, HandWorld
+from kendama_cli.simulation.dart.hand_world import PLACE, HandState, HandWorld
 
 Phase = Literal["ready", "playing", "settling", "over"]
 LOOK_EVERY = 4
@@ -53,8 +53,8 @@ class HandSample:
 class _Moment:
     """The table at one moment of a try."""
 
-    world: HandMoment
-    path: PathMoment
+    world: HandState
+    path: PathState
     record: RecordMoment
     steps: int
 
