@@ -38,10 +38,10 @@ def test_the_node_that_is_written_is_the_placement_that_is_shown(tmp_path: Path)
     done = kendama(tmp_path, "robot", "place", ONE, *BRIEF, "--json", "-o", "conf/robot/mine.yaml")
     shown = json.loads(done.stdout)
     assert [row["joint"] for row in shown["joints"]] == ["s1", "s2", "s3", "e1", "e2", "w1", "w2"]
-    assert shown["leading"][0]["share"] == max(
+    assert shown["leading"][0]["ratio"] == max(
         row[kind] for row in shown["joints"] for kind in ("speed", "acceleration", "effort")
     )
-    assert shown["leading"][0]["share"] < 1.0
+    assert shown["leading"][0]["ratio"] < 1.0
     assert shown["clearance"]["gap_m"] > 0.0
     node = yaml.safe_load(kendama(tmp_path, "config", "robot=mine").stdout)["robot"]
     assert node["home_rad"] == shown["placement"]["home_rad"]
@@ -92,7 +92,7 @@ def test_what_the_refusal_advises_makes_the_same_motion_workable(
     ranged = ["adapt.tau_range=[0.8,6]"] if setting.startswith("adapt.tau_start") else []
     done = kendama(tmp_path, "robot", "place", swing(tmp_path, 0.5, 0.35), *wide, *BRIEF, setting, *ranged, "--json")
     shown = json.loads(done.stdout)
-    assert shown["leading"][0]["share"] <= 1.0
+    assert shown["leading"][0]["ratio"] <= 1.0
     assert tau is None or shown["tau_scale"] == tau
     assert shown["tau_scale"] >= min(shown["min_tau_scale"], 6.0)
 

@@ -92,8 +92,8 @@ def test_reaching_the_cap_without_learning_ends_normally():
     made = learn(MemoryContext(seed=0), count__max_rollouts=12, goal__angle_deg=179.0, goal__tolerance_deg=0.01)
     metrics = made.metrics
     assert made.warnings == (
-        "the swing-up is unsolved: no 80 successes in a row within 12 rollouts; what is handed over is the policy with "
-        "the longest streak",
+        "the swing-up is unsolved: no 80 successes in a row within 12 rollouts; the result is the policy with the "
+        "longest streak",
     )
     assert metrics["learned"] is False
     assert metrics["rollouts_to_learned"] == 12

@@ -185,8 +185,7 @@ def _warnings(settings: LearnSettings, chance: float, *, solved: bool) -> tuple[
         count = settings.count
         told.append(
             f"the swing-up is unsolved: no {count.solved_streak} successes in a row within {count.max_rollouts} "
-            "rollouts; "
-            "the result is the policy with the longest streak"
+            "rollouts; the result is the policy with the longest streak"
         )
     return tuple(told)
 
