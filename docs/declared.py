@@ -8,11 +8,9 @@ a CSV file alone on a line becomes its table, above the link.
 from __future__ import annotations
 
 import csv
-import dataclasses
 import inspect
 import re
 import tempfile
-import typing
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -29,7 +27,8 @@ from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.catalogue import load_pipeline, pipeline_names
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.schema.declaration import StageDeclaration, find_stage, stage_names
-from kendama_cli.schema.settings import registry_of, variants
+from kendama_cli.schema.setting_facts import allowed_values, has_kind, listed_items, sentence, setting_fields
+from kendama_cli.schema.settings import variants
 
 LONGEST = 60
 """Values with more characters are left out of a table."""
@@ -150,16 +149,10 @@ def _returned(stage: StageDeclaration) -> str:
 
 def _stage(stage: StageDeclaration, settings: _Settings) -> Iterator[str]:
     yield from (f"## Stage {stage.name}", "", stage.lead, "", f"Returns `{_returned(stage)}`.", "")
-    if stage.headline:
-        yield from _table(("metric", "meaning"), [(f"`{one.metric}`", one.words) for one in stage.headline])
-    if stage.topics:
-        yield from _table(
-            ("topic", "message", "fields"),
-            [
-                (f"`{topic}`", f"`{kind.__name__}`", ", ".join(f"`{one.name}`" for one in dataclasses.fields(kind)))
-                for topic, kind in stage.topics.items()
-            ],
-        )
+    yield from _table(("metric", "meaning"), [(f"`{name}`", words) for name, words in stage.metrics.items()])
+    topics = [(f"`{name}`", f"`{kind.__name__}`", stage.topic_words[name]) for name, kind in stage.topics.items()]
+    yield from _table(("topic", "message", "meaning"), topics)
+    yield from _table(("figure", "meaning"), [(f"`{name}`", words) for name, words in stage.figures.items()])
     for name, schema in stage.settings.items():
         yield from settings.tables(name, schema)
 
@@ -179,16 +172,16 @@ class _Settings:
         while waiting:
             key, annotation, choice = waiting.pop(0)
             kinds = variants(annotation)
-            if choice is None and _has_kind(kinds):
+            if choice is None and has_kind(kinds):
                 waiting = [*((key, one, kind) for kind, one in kinds.items()), *waiting]
                 continue
             title = f"`{key}`" if choice is None else f"`{key}`, kind `{choice}`"
             root = next(iter(kinds.values()))
             rows, deeper = [], []
-            for path, entry, hint in _fields(root, key):
-                if _has_kind(variants(hint)):
+            for path, entry, hint in setting_fields(root, key):
+                if has_kind(variants(hint)):
                     deeper.append((path, hint, None))
-                elif (items := _items(hint)) is not None:
+                elif (items := listed_items(hint)) is not None:
                     deeper.append((f"{path}[]", items, None))
                 else:
                     rows.append((f"`{path}`", *self._row(path, key, choice, entry, hint)))
@@ -204,7 +197,7 @@ class _Settings:
             yaml.safe_dump(value, default_flow_style=True, width=10000).splitlines()[0] if value is not _MISSING else ""
         )
         shown = f"`{text}`" if 0 < len(text) <= LONGEST else ""
-        return shown, str(entry.metadata.get("doc", "")), _allowed(entry.metadata, hint)
+        return shown, sentence(entry), allowed_values(entry.metadata, hint)
 
     def _composition(self, key: str, choice: str | None) -> Mapping[str, Any]:
         """The configuration in which ``key`` has the kind ``choice``; the default one where no file in conf has it."""
@@ -224,52 +217,6 @@ class _Settings:
 
 
 _MISSING = object()
-
-
-def _fields(schema: type, key: str) -> Iterator[tuple[str, Any, Any]]:
-    """The dotted keys below ``schema``, each with its field and annotation; nested dataclasses are walked into."""
-    hints = typing.get_type_hints(schema, include_extras=True)
-    for field in dataclasses.fields(schema):
-        if field.name == "kind":
-            continue
-        path, hint = f"{key}.{field.name}", hints[field.name]
-        if dataclasses.is_dataclass(hint) and isinstance(hint, type) and not _has_kind({"": hint}):
-            yield from _fields(hint, path)
-        else:
-            yield path, field, hint
-
-
-def _items(hint: Any) -> type | None:
-    """The dataclass of which ``hint`` is a list."""
-    members = typing.get_args(hint) if typing.get_origin(hint) is tuple else ()
-    return members[0] if members and dataclasses.is_dataclass(members[0]) else None
-
-
-def _has_kind(kinds: Mapping[str, type]) -> bool:
-    return bool(kinds) and all("kind" in typing.get_type_hints(one) for one in kinds.values())
-
-
-def _allowed(facts: Mapping[str, Any], hint: Any) -> str:
-    signs = {"above": ">", "at_least": "≥", "below": "<", "at_most": "≤"}
-    bounds = [f"{sign} {facts[name]:g}" for name, sign in signs.items() if name in facts]
-    return ", ".join([_type(hint), *bounds])
-
-
-def _type(hint: Any) -> str:
-    if registry_of(hint) is not None or variants(hint):
-        return "a group with `kind`" if _has_kind(variants(hint)) else "a group"
-    if typing.get_origin(hint) is typing.Annotated:
-        return _type(typing.get_args(hint)[0])
-    if typing.get_origin(hint) is typing.Literal:
-        return ", ".join(f"`{one}`" for one in typing.get_args(hint))
-    if typing.get_origin(hint) is tuple:
-        members = [one for one in typing.get_args(hint) if one is not Ellipsis]
-        return f"list of {_type(members[0])}"
-    if typing.get_args(hint):
-        return " or ".join(dict.fromkeys(_type(one) for one in typing.get_args(hint)))
-    return {bool: "true or false", int: "whole number", float: "number", str: "text", type(None): "null"}.get(
-        hint, getattr(hint, "__name__", str(hint))
-    )
 
 
 def _at(config: Any, path: str) -> Any:

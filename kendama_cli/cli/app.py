@@ -150,6 +150,24 @@ def config(
 
 
 @app.command()
+def explain(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="A key, metric, stage, topic or figure.", autocompletion=completion.explained
+        ),
+    ],
+    as_json: Json = False,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Explain a setting, metric, stage, topic or figure."""
+    from kendama_cli.cli.explain import explain as explain_name
+
+    explain_name(find_site(home, config_dir), name, as_json=as_json)
+
+
+@app.command()
 def report(
     runs: Annotated[
         list[str] | None,

@@ -129,3 +129,11 @@ def overrides(incomplete: str) -> list[str]:
         return [f"{group}={option}" for option in group_options(site, group)]
     names = groups(site)
     return [*(f"{name}=" for name in names), *(f"{key}=" for key in compose.keys(site) if key not in names)]
+
+
+@_quietly
+def explained(incomplete: str) -> list[str]:
+    """Return the names that ``kendama explain`` knows."""
+    from kendama_cli.cli.explain import names_known
+
+    return names_known()

@@ -1,7 +1,7 @@
 """The syntax of a module, read for its digest: what of it counts, what it imports, and what nobody can tell it imports.
 
-Comments and blank lines never count. In our own modules neither do docstrings, declarations of stages and what a type
-checker alone reads: nothing of ours reads them. In a stranger's module everything else counts.
+Comments and blank lines never count. In our own modules neither do docstrings, declarations of stages, meanings of
+settings and what a type checker alone reads: nothing of ours reads them. In a stranger's module everything else counts.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from kendama_cli.schema.declaration import StageDeclaration
+from kendama_cli.schema.settings import setting
 
 BY_NAME = ("import_module", "__import__", "run_module", "find_spec", "resolve_name", "files", "get_data")
 """Functions that take the name of a module as their first argument."""
@@ -155,6 +156,9 @@ def _drop_silent(tree: ast.Module) -> None:
         if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
             # bare strings do nothing wherever they stand: docstrings of modules, classes, functions and fields
             node.body = [item for item in node.body if not _is_bare_string(item)]
+    for node in ast.walk(tree):  # the meaning of a setting is read by people
+        if isinstance(node, ast.Call) and _function(node) == setting.__name__ and node.args:
+            node.args = [one for one in node.args if not isinstance(one, (ast.Constant, ast.JoinedStr))]
 
 
 def _is_for_checkers(node: ast.stmt) -> bool:

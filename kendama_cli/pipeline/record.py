@@ -228,10 +228,8 @@ def find_run(home: Path, run: str | None) -> dict[str, Any]:
         return found[0]
     if run is None or not any(read_run(home, name) for name in reversed(names)):
         unreadable = sum(record_path(home, name).exists() for name in names)
-        told = unreadable_notice(home, unreadable)
-        raise UsageError(
-            told if unreadable else f"no runs in {home} yet; 'kendama run' makes one, --home names another folder"
-        )
+        none = f"no runs in {home} yet; 'kendama run' makes one, --home names another folder"
+        raise UsageError(unreadable_notice(home, unreadable) if unreadable else none)
     from kendama_cli.schema.hints import nearest  # noqa: PLC0415 - only where there is something to say
 
     if found:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -31,13 +32,18 @@ class Figure:
     panels: tuple[Panel, ...]
     columns: int = 2
 
-    def html(self, number: int) -> str:
-        """Return the figure as HTML, with its number."""
+    def html(self, number: int, meanings: Mapping[str, str] | None = None) -> str:
+        """Return the figure as HTML, with its number, and the meaning of each panel's drawing by its name."""
         one = len(self.panels) == 1
         parts = []
         for letter, panel in zip("abcdefgh", self.panels, strict=False):
             mark = "" if one else f"<b>{letter}</b>"
-            parts.append(f'<div class="panel"><h3>{mark}{html.escape(panel.title)}</h3>{panel.body}</div>')
+            shown = "".join(
+                f'<details class="meaning"><summary>What is this?</summary><p>{html.escape(words)}</p></details>'
+                for name, words in (meanings or {}).items()
+                if f'id="{name}-' in panel.body
+            )
+            parts.append(f'<div class="panel"><h3>{mark}{html.escape(panel.title)}</h3>{panel.body}{shown}</div>')
         return (
             f'<figure id="figure-{number}"><div class="panels cols-{self.columns}">{"".join(parts)}</div>'
             f"<figcaption><b>Figure {number}.</b> {html.escape(self.caption)}</figcaption></figure>"

@@ -138,12 +138,13 @@ def section(
         drawn, problem = draw(declaration, log) if declaration else ([], "")
         for shown in drawn:
             figures += 1
-            parts.append(shown.html(figures))
+            parts.append(shown.html(figures, declaration.figures if declaration else None))
         if problem:
             parts.append(_notice(problem))
         parts += [_notice(warning) for warning in str(log.metrics.get("warnings") or "").splitlines()]
         figures_told = {metric: value for metric, value in log.metrics.items() if metric != "warnings"}
-        parts += [metrics_table(figures_told), settings_table(log.settings)]
+        meanings = declaration.metrics if declaration else None
+        parts += [metrics_table(figures_told, meanings), settings_table(log.settings)]
     parts.append("</section>")
     return "".join(parts), figures
 

@@ -61,13 +61,14 @@ def number(value: Any) -> str:
     return str(value)
 
 
-def metrics_table(metrics: Mapping[str, Any]) -> str:
-    """Name, value and unit of every metric."""
+def metrics_table(metrics: Mapping[str, Any], meanings: Mapping[str, str] | None = None) -> str:
+    """Return name, value and unit of every metric; its meaning shows where the pointer rests."""
     rows = []
     for name, value in metrics.items():
         label, unit = label_and_unit(name)
         shown = html.escape(f"{number(value)} {unit}".strip() if value is not None else number(value))
-        rows.append(f'<div><dt title="{html.escape(name)}">{html.escape(label)}</dt><dd>{shown}</dd></div>')
+        told = ": ".join(filter(None, (name, (meanings or {}).get(name))))
+        rows.append(f'<div><dt title="{html.escape(told)}">{html.escape(label)}</dt><dd>{shown}</dd></div>')
     return f'<dl class="facts">{"".join(rows)}</dl>' if rows else ""
 
 

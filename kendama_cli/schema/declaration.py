@@ -55,6 +55,10 @@ class StageDeclaration:
     that a person must act for, ``moves = True`` on those of hardware that may be real. Where no settings say so it
     computes: a hand that reads files, or a simulated twin.
 
+    ``metrics``, ``topic_words`` and ``figures`` say in a sentence each what a metric, a topic and a figure of the
+    report (by the name that ``drawing`` is given) is, and what is good. ``kendama explain``, the report and the pages
+    print them. A ``*`` in a name stands for a joint or a camera.
+
     ``packages`` are further ones whose code counts for its result: see docs/howto/write-a-package.md.
     """
 
@@ -73,6 +77,9 @@ class StageDeclaration:
     episodes: str | None = None
     headline: tuple[Headline, ...] = field(default=())
     packages: tuple[str, ...] = ()
+    metrics: Mapping[str, str] = field(default_factory=dict)
+    topic_words: Mapping[str, str] = field(default_factory=dict)
+    figures: Mapping[str, str] = field(default_factory=dict)
 
 
 def stage_names() -> list[str]:

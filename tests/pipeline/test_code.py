@@ -212,6 +212,9 @@ def test_of_ours_comments_docstrings_declarations_and_types_do_not_count_and_any
     assert digest("if TYPE_CHECKING:\n    import numpy\ndef f(x=1):\n    return x\n") == plain
     assert digest("if TYPE_CHECKING:\n    import numpy\nelse:\n    G = 1\ndef f(x=1):\n    return x\n") != plain
     assert digest("def f(x=2):\n    return x\n") != plain
+    declared = digest("class S:\n    a_m: float = setting('length [m]', above=0)\n")
+    assert digest("class S:\n    a_m: float = setting('rope [m]' 'long', above=0)\n") == declared
+    assert digest("class S:\n    a_m: float = setting('length [m]', above=1)\n") != declared
 
 
 def test_nothing_of_ours_reads_docstrings_or_imports_by_name_where_the_digest_does_not_look() -> None:

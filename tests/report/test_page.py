@@ -15,6 +15,7 @@ from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import McapLog
 from kendama_cli.report.page import make_report
 from kendama_cli.report.replay.page_part import scripts
+from kendama_cli.schema.declaration import find_stage
 from kendama_cli.schema.messages import codec, kind_of
 from tests.log.made_logs import MemoryFile, all_topics, memory_log
 
@@ -126,10 +127,16 @@ def test_what_was_asked_for_is_shown(page, seen):
     assert seen in page
 
 
+def test_metrics_and_figures_say_what_they_are_in_the_words_of_the_declaration(page):
+    stage = find_stage("adapt")
+    assert f'<dt title="success_rate: {stage.metrics["success_rate"]}">' in page
+    assert f"<summary>What is this?</summary><p>{stage.figures['adapt-search']}</p>" in page
+
+
 def test_metrics_and_settings_of_every_stage_are_listed(page, logs):
     for path in logs.values():
         for name in LogFile(path, topics=()).stage["metrics"]:
-            assert f'<dt title="{name}">' in page
+            assert f'<dt title="{name}' in page
     for setting in ("settings.repeats", "game.rope.length_m", "hardware.kind", "settings.grid.angle_bins"):
         assert f"<dt>{setting}</dt>" in page
 

@@ -22,7 +22,7 @@ class RsiHardware:
     sentype: str = setting("name of this system in the controller's configuration (SENTYPE)")
     control_period_s: float = setting("the controller's cycle: 0.004 or 0.012 [s]", above=0, at_most=0.02)
     signs: tuple[Literal[-1, 1], ...] | None = setting(
-        "for A1 to A6: -1 where the description turns the other way; null: nowhere"
+        "signs of A1 to A6: -1 where the description turns the other way; null: nowhere"
     )
     offset_deg: tuple[float, ...] | None = setting(
         "the controller's angles where the description's are 0; null: 0 [deg]"

@@ -19,4 +19,22 @@ SECTION = StageDeclaration(
     chapter="kendama_cli.plugins.referee.chapter:figures",
     replay="kendama_cli.plugins.referee.performance:replay",
     headline=(Headline("caught_rate", "of these games caught under another physics"),),
+    metrics={
+        "caught_rate": "Fraction of the games that the other physics catches; near our own rate is good.",
+        "caught_rate_low": "Lower end of the 95 % interval of the caught rate.",
+        "caught_rate_high": "Upper end of the 95 % interval of the caught rate.",
+        "ours_caught_rate": "Fraction of the same games that our simulation catches.",
+        "same_outcome_rate": "Fraction of the games with the same outcome in both simulations; 1 is best.",
+        "agreement_mm_p50": "Median distance between the two misses in games with a taut rope; smaller is better.",
+        "agreement_slack_mm_p50": "Median distance between the two misses in games whose rope hung slack in the swing.",
+        "slack_in_swing": "Number of games whose rope hung slack long enough that its mass decides.",
+        "games": "Number of games that were cross-checked.",
+    },
+    topic_words={
+        "/referee/game": "One game in both simulations: outcomes, misses and paths.",
+    },
+    figures={
+        "referee-misses": "Miss of each game in the other physics over the miss in ours; marks on the diagonal agree.",
+        "referee-paths": "Cup and both balls in the swing plane, in the game whose misses differ most.",
+    },
 )

@@ -18,4 +18,18 @@ STAGE = StageDeclaration(
     chapter="kendama_cli.stages.capture.chapter:capture_figures",
     replay="kendama_cli.stages.capture.performance:replay",
     episodes="kendama_cli.stages.capture.episodes:episodes",
+    metrics={
+        "n_demonstrations": "Number of swings that were recorded.",
+        "sample_rate_hz": "Median sample rate of the recordings; 50 Hz and more resolves a swing.",
+        "duration_s": "Mean duration of the recordings, before they are cut to their motion.",
+        "peak_speed_m_s": "Highest speed of the cup in all recordings; a hand's swing reaches 0.5 to 3 m/s.",
+        "origin": "Source of the recordings as their files state it: person, synthetic, or mixed if they differ.",
+    },
+    topic_words={
+        "/capture/cup": "Pose of the cup in each demonstration, whose name is the child frame.",
+    },
+    figures={
+        "capture-path": "Side view of the cup's path in each demonstration, relative to its start.",
+        "capture-time": "Horizontal and vertical coordinate of the cup over time, for each demonstration.",
+    },
 )

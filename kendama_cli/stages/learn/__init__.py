@@ -21,4 +21,48 @@ STAGE = StageDeclaration(
         Headline("rollouts_to_solved", "rollouts before the first of those in a row that prove the swing-up"),
         Headline("frozen_caught_rate", "of swing-ups by the frozen policy end in the cup"),
     ),
+    metrics={
+        "learned": "True if the policy reached its streak of successes while it learned.",
+        "rollouts_to_learned": (
+            "Number of rollouts before the streak that counts as learned, or the cap; fewer is better."
+        ),
+        "solved": "True if the frozen policy reached the streak that counts as solved.",
+        "rollouts_to_solved": (
+            "Number of rollouts before the streak of frozen successes that counts as solved, or the cap; fewer is "
+            "better."
+        ),
+        "rollouts": "Number of rollouts that the policy has had in all.",
+        "frozen_caught_rate": (
+            "Fraction of noisy rollouts of the frozen policy that end with the ball in the cup; 1 is best."
+        ),
+        "frozen_success_rate": "Fraction of noisy rollouts of the frozen policy that reach the task's goal; 1 is best.",
+        "half_swings": "Median number of half-swings until the goal, over successful rollouts.",
+        "time_to_goal_s": "Median time until the goal, over successful rollouts; shorter is better.",
+        "peak_displacement_m": "Largest distance of the cup from its start in the evaluation.",
+        "simulated_s": "Simulated time of all rollouts, as long as they would take on an arm.",
+        "best_found_s": "Shortest time to the goal that a search without noise found: a bound for the learner.",
+        "min_half_swings_found": "Number of half-swings in the fastest swing-up that the search found.",
+        "random_success_rate": "Fraction of random harmonic motions that reach the goal: the random baseline.",
+    },
+    topic_words={
+        "/learn/rollout": "One rollout: reward, explored or greedy, success, duration and half-swings.",
+        "/learn/table": "Q-table after 1, 2, 4, ... rollouts and at the end.",
+        "/learn/step": "State of cup and ball, action and rope tension in one rollout of the frozen policy.",
+        "/learn/cup": "Pose of the cup in the same rollout.",
+        "/learn/ball": "Position of the ball in the same rollout, and on through free flight.",
+    },
+    figures={
+        "learn-reward": "Reward of each rollout of the learning; filled marks succeeded, the line is a running median.",
+        "learn-path": "Paths of cup and ball of the learned swing-up, with a mark every 60 ms.",
+        "learn-series": "Cup position, ball angle and chosen acceleration over time in the same rollout.",
+        "learn-table": "Acceleration with the largest Q for every state; grey states were never decided.",
+        "sweep-learned": (
+            "Fraction of seeds that have solved the swing-up after a number of rollouts, with 95 % intervals."
+        ),
+        "sweep-transfer": "Further rollouts that each body needs after the policy is transferred to it.",
+        "sweep-reward": "Median reward per rollout over the seeds, with the middle half shaded.",
+        "sweep-frozen": "Fraction of catches of each frozen policy, one mark a seed.",
+        "sweep-swings": "Number of half-swings to the goal, one mark a seed.",
+        "sweep-times": "Time to the goal, one mark a seed, beside the best that a search found.",
+    },
 )

@@ -34,7 +34,7 @@ class EaseSettings:
 class ReachSettings:
     """Region that the cup can be dragged to, from its start."""
 
-    lateral_m: float = setting("to either side [m]", above=0)
+    lateral_m: float = setting("reach to either side [m]", above=0)
     down_m: float = setting("down [m]", above=0)
     up_m: float = setting("up [m]", above=0)
     tilt_rad: float = setting("leaning to either side [rad]", at_least=0)
