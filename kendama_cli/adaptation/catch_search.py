@@ -265,7 +265,7 @@ class TauSearch:
         return TauRange(low, high, max(low, settings.tau_start), settings.tau_step, settings.tau_resolution)
 
     def _trials(self, search: Search, amplitude: float) -> list[TauTrial]:
-        """Return what tau did; a ball that comes down beside the swing plane is none that tau could catch."""
+        """Return what tau did; a ball that comes down off the swing plane is none that tau could catch."""
         trials = []
         for one in _at(search, amplitude):
             if not one.variation.shifted:

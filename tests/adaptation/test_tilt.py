@@ -16,14 +16,14 @@ from kendama_cli.motion.rotation import exponential
 from kendama_cli.robot_model.arm_motion import KNOT_S, ArmMotion
 from kendama_cli.schema.settings import build
 from tests.motion.swings import settings as encode_settings
-from tests.simulation.dart.bench_robot import ROOT, adapt_values, modelled, pa10
+from tests.simulation.dart.bench_robot import ROOT, adapt_values, bench_arm, modelled
 
 SHIPPED = build(AdaptSettings, adapt_values(), "adapt")
 
 
 @pytest.fixture(scope="module")
 def arm():
-    return modelled(pa10())
+    return modelled(bench_arm())
 
 
 def plan(size_rad, axis):

@@ -25,7 +25,7 @@ from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.rail import CompiledRail
 from tests.learning.settings_files import game_settings, learn_settings
 from tests.shipped_conf import plain
-from tests.simulation.dart.bench_robot import pa10
+from tests.simulation.dart.bench_robot import bench_arm
 
 GAME = game_settings()
 STRETCHED_M = 0.004
@@ -70,7 +70,7 @@ def tensions() -> dict[str, float]:
     rail.numbers[2] = -length_m
     rail.step(0.0)
     found = {"rail": rail.tension_n}
-    arm = ArmWorld(pa10(), GAME)
+    arm = ArmWorld(bench_arm(), GAME)
     found["arm"] = pulled(arm, lambda: arm.step(arm.arm.home_rad, np.zeros(7), np.zeros(7)), arm.ball.tie_m, length_m)
     hand = HandWorld(GAME)
     found["hand"] = pulled(hand, lambda: hand.step(np.zeros(4)), hand.ball.tie_m, length_m)

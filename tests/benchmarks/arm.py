@@ -21,7 +21,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.benchmarks.swing import best_rate
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 STEPS = 3000
 DROP_AT = 100
@@ -40,7 +40,7 @@ def reference(home_rad: Array) -> list[tuple[Array, Array, Array]]:
 
 def dart_loop(*, in_cup: bool) -> Callable[[], int]:
     """What adapt, learn and the simulated robot run."""
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     samples = reference(world.arm.home_rad)
 
     def work() -> int:
@@ -118,7 +118,7 @@ def mujoco_loop(*, in_cup: bool) -> Callable[[], int]:
     import mujoco  # noqa: PLC0415
 
     game = kendama_game()
-    arm = RobotModel(pa10(), game.cup, game.gravity_m_s2)
+    arm = RobotModel(bench_arm(), game.cup, game.gravity_m_s2)
     model = mujoco_model(arm, game)
     data = mujoco.MjData(model)
     n = len(arm.joint_names)

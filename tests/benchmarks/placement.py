@@ -27,7 +27,7 @@ from kendama_cli.robot_model.placement.find_placement import find_placement
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.placement import LineSettings, Placement
 from tests.motion.swings import settings as encode_settings
-from tests.simulation.dart.bench_robot import ROOT, adapt_values, kendama_game, pa10
+from tests.simulation.dart.bench_robot import ROOT, adapt_values, bench_arm, kendama_game
 
 EFFORT = 0.01
 """Share of the shipped search: both sides spend their time in the same way at any."""
@@ -141,7 +141,7 @@ def search(plan: MotionPlan) -> tuple[float, float, Placement]:
     values, costs = adapt_values(), [np.inf]
     began = time.perf_counter()
     found = find_placement(
-        pa10(),
+        bench_arm(),
         kendama_game(),
         plan,
         values["lead_in_m_s2"],

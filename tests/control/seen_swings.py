@@ -17,7 +17,7 @@ from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
 from tests.motion.swings import settings as encode_settings
-from tests.simulation.dart.bench_robot import ROOT, adapt_values, modelled, pa10
+from tests.simulation.dart.bench_robot import ROOT, adapt_values, bench_arm, modelled
 
 ADAPT = build(AdaptSettings, adapt_values(), "adapt")
 TAU = 0.97
@@ -38,7 +38,7 @@ def swing() -> Swing:
     """The bundled swing number 4 on the PA10."""
     rows = np.loadtxt(ROOT / "data/demonstrations/swing-04.csv", delimiter=",", skiprows=3)
     one = Demonstration("swing", rows[:, 0], rows[:, 1:4] - rows[0, 1:4])
-    arm = modelled(pa10())
+    arm = modelled(bench_arm())
     motion = ArmMotion(arm, encode_demonstrations([one], encode_settings()), ADAPT.lead_in_m_s2)
     joints = motion.joints(TAU, ADAPT.hold_s)
     return Swing(arm, joints, cup_plan(arm, joints))

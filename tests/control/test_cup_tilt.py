@@ -13,7 +13,7 @@ from kendama_cli.control.settings import CatchSettings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.placement import CupLine
 from tests.control.observed_games import TRANSFER
-from tests.simulation.dart.bench_robot import modelled, pa10
+from tests.simulation.dart.bench_robot import bench_arm, modelled
 
 H = 0.004
 X = np.array([1.0, 0.0, 0.0])
@@ -22,7 +22,7 @@ TILTING: CatchSettings = dataclasses.replace(TRANSFER.catch, max_tilt_rad=0.4, c
 
 @pytest.fixture(scope="module")
 def arm() -> RobotModel:
-    return modelled(pa10())
+    return modelled(bench_arm())
 
 
 @pytest.fixture(scope="module")

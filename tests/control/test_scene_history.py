@@ -11,7 +11,7 @@ from kendama_cli.control.scene_history import KEPT_PERIODS, SceneHistory, joint_
 from kendama_cli.devices.robot.interface import JointCommand, SceneState
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from tests.devices.robot.test_simulated import WORN
-from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
 ORIGIN_M = np.array([0.5, 0.0, 1.0])
 
@@ -47,9 +47,9 @@ def test_before_and_after_what_is_known_the_scene_is_held() -> None:
 
 
 def test_the_scene_is_where_the_arm_truly_is_without_the_noise_of_what_is_read() -> None:
-    robot = SimulatedRobot(pa10(), kendama_game(), imperfection=WORN, control_period_s=0.004)
-    arm = modelled(pa10())
-    home = np.array(pa10().home_rad)
+    robot = SimulatedRobot(bench_arm(), kendama_game(), imperfection=WORN, control_period_s=0.004)
+    arm = modelled(bench_arm())
+    home = np.array(bench_arm().home_rad)
     robot.reset(home, 3)
     ball_noise = []
     for _ in range(100):

@@ -14,7 +14,7 @@ from kendama_cli.vision.settings import PredictSettings
 from tests.control.observed_games import TRANSFER
 from tests.control.seen_swings import ADAPT, swing
 from tests.shipped_conf import configured
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 PREDICT: PredictSettings = configured(PredictSettings, "predict", "flights")
 TWIN: TwinHardware = configured(TwinHardware, "hardware", "twin")
@@ -30,7 +30,7 @@ def played(*, seen: bool) -> tuple[Played, ObservationLog]:
     sigma_m = TRANSFER.observation.position_sigma_m
     tracker = PositionTracker(PREDICT.onset, PREDICT.motion, game, rim_height_m=rim_m, sigma_m=[sigma_m] * 3)
     eyes = MarkerObserver(tracker, TRANSFER.observation, rim_m=rim_m, catch_m=rim_m).without_goal()
-    robot = SimulatedRobot(pa10(), game, imperfection=AIRY, control_period_s=TWIN.control_period_s)
+    robot = SimulatedRobot(bench_arm(), game, imperfection=AIRY, control_period_s=TWIN.control_period_s)
     watching = VisualImitation(WatchedFlight(eyes), made.arm, ADAPT.correction, game.cup.rim_m, 0.0)
     return play_motion(robot, made.joints, tau_scale=1.0, seed=10000, seen=watching if seen else None), eyes.observed
 

@@ -13,7 +13,7 @@ from kendama_cli.simulation.dart.arm_errors import ArmErrors, WorldErrors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import ArmWorld
 from tests.control.seen_swings import ADAPT, swing
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 HARSH = Perturbation(WorldErrors(rope_scale=1.005, drag_scale=2.0), ArmErrors(0.03, 0.005, 1.5, 0.5), 0)
 """Twice the drag, an arm 30 ms behind, a cup 5 mm off: the ball comes down far beside the plan."""
@@ -22,7 +22,7 @@ HARSH = Perturbation(WorldErrors(rope_scale=1.005, drag_scale=2.0), ArmErrors(0.
 @functools.cache
 def rollout(*, seen: bool, max_sigma_m: float = ADAPT.correction.max_sigma_m) -> RolloutResult:
     """The swing in a harsh world."""
-    made, world = swing(), ArmWorld(pa10(), kendama_game())
+    made, world = swing(), ArmWorld(bench_arm(), kendama_game())
     correction = dataclasses.replace(ADAPT.correction, max_sigma_m=max_sigma_m)
     rng = np.random.default_rng(10000)
     eyes = VisualCatch(

@@ -16,7 +16,7 @@ from kendama_cli.identification.recording import RAMP_S, JointRecording, Tracked
 from kendama_cli.identification.settings import IdentifySettings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
-from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
 SHIPPED = build(
     IdentifySettings,
@@ -29,7 +29,7 @@ PERIOD_S = 0.004
 
 @pytest.fixture(scope="module")
 def arm() -> RobotModel:
-    return modelled(pa10())
+    return modelled(bench_arm())
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -74,7 +74,7 @@ def test_an_amplitude_beyond_a_joints_range_names_the_joint_and_the_range(arm: R
 
 
 def test_an_arm_too_weak_for_the_motion_names_the_joint() -> None:
-    weak = modelled(pa10())
+    weak = modelled(bench_arm())
     weak.limits = dataclasses.replace(weak.limits, effort_nm=np.ones(7))
     with pytest.raises(StageError, match=r"joint '..' of pa10 would need .* of its effort limit even for slow motions"):
         excitation(weak, GAME, SHIPPED, duration_s=5.0, period_s=PERIOD_S, rng=np.random.default_rng(0))

@@ -11,7 +11,7 @@ from kendama_cli.artifacts.friction_model import FrictionModel, NetworkFriction,
 from kendama_cli.identification.friction_choice import FrictionSamples, choose_friction, fit_parametric
 from kendama_cli.robot_model.friction import friction_torque, network_torque, parametric_torque, with_identified
 from kendama_cli.schema.arrays import Array
-from tests.simulation.dart.bench_robot import pa10
+from tests.simulation.dart.bench_robot import bench_arm
 
 LAW = ParametricFriction(
     coulomb_nm=np.array([0.5, 2.0, 0.0]),
@@ -118,7 +118,7 @@ def test_a_model_whose_parts_are_for_different_joints_is_refused() -> None:
 
 
 def test_a_simulated_arm_gets_the_identified_friction_on_top_of_its_own() -> None:
-    robot, seven = pa10(), np.ones(7)
+    robot, seven = bench_arm(), np.ones(7)
     found = ParametricFriction(0.5 * seven, 0.4 * seven, 0.1 * seven, -100.0 * seven, 0.3 * seven)
     model = FrictionModel(tuple("abcdefg"), "parametric", found, network(7), seven, seven, seven)
     worn = with_identified(robot, model)

@@ -27,7 +27,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
 from tests.devices.robot.stand_in import ObedientRobot, command
 from tests.devices.robot.test_simulated import PERFECT
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 SHIPPED = build(
     IdentifySettings,
@@ -58,22 +58,22 @@ def found(robot: RobotSettings, recording: JointRecording, game: GameSettings = 
 
 @pytest.fixture(scope="module")
 def worn() -> JointRecording:
-    return recorded(pa10(), joint_friction_nm=0.5)
+    return recorded(bench_arm(), joint_friction_nm=0.5)
 
 
 def test_unknown_coulomb_friction_is_found_beside_the_known_one_and_the_swinging_ball(worn: JointRecording) -> None:
-    friction = found(pa10(), worn)
+    friction = found(bench_arm(), worn)
     assert friction.coulomb_nm == pytest.approx(np.full(7, 0.5), abs=0.05)
     assert friction.offset_nm == pytest.approx(np.zeros(7), abs=0.02)
 
 
 def test_an_arm_that_has_no_more_friction_than_is_known_has_none_left() -> None:
-    assert found(pa10(), recorded(pa10())).coulomb_nm == pytest.approx(np.zeros(7), abs=0.05)
+    assert found(bench_arm(), recorded(bench_arm())).coulomb_nm == pytest.approx(np.zeros(7), abs=0.05)
 
 
 def test_a_share_of_the_known_friction_is_found_with_its_viscous_and_stribeck_parts() -> None:
     robot = dataclasses.replace(
-        pa10(), coulomb_nm=(1.0,) * 7, viscous_nm_s=(1.0,) * 7, stribeck_nm=(0.6,) * 7, stribeck_rad_s=(0.1,) * 7
+        bench_arm(), coulomb_nm=(1.0,) * 7, viscous_nm_s=(1.0,) * 7, stribeck_nm=(0.6,) * 7, stribeck_rad_s=(0.1,) * 7
     )
     friction = found(robot, recorded(robot, 24.0, joint_friction_fraction=0.5))
     for speed in (0.03, 0.1, 0.2, 0.5):
@@ -87,9 +87,9 @@ def test_a_robot_without_a_sensor_at_the_wrist_counts_the_tool_as_its_own() -> N
         ball=dataclasses.replace(GAME.ball, mass_kg=0.001),
         rope=dataclasses.replace(GAME.rope, stiffness_n_m=40.0, damping_n_s_m=0.04),
     )
-    recording = recorded(pa10(), game=light, joint_friction_nm=0.5)
+    recording = recorded(bench_arm(), game=light, joint_friction_nm=0.5)
     blind = dataclasses.replace(recording, wrist_wrench=np.zeros_like(recording.wrist_wrench))
-    assert found(pa10(), blind, light).coulomb_nm == pytest.approx(np.full(7, 0.5), abs=0.06)
+    assert found(bench_arm(), blind, light).coulomb_nm == pytest.approx(np.full(7, 0.5), abs=0.06)
 
 
 def test_efforts_that_come_late_by_a_few_milliseconds_do_no_harm(worn: JointRecording) -> None:
@@ -97,25 +97,27 @@ def test_efforts_that_come_late_by_a_few_milliseconds_do_no_harm(worn: JointReco
         return np.vstack([values[:1], values[:-1]])  # by one period of 4 ms
 
     shifted = dataclasses.replace(worn, effort_nm=late(worn.effort_nm), wrist_wrench=late(worn.wrist_wrench))
-    assert found(pa10(), shifted).coulomb_nm == pytest.approx(np.full(7, 0.5), abs=0.06)
+    assert found(bench_arm(), shifted).coulomb_nm == pytest.approx(np.full(7, 0.5), abs=0.06)
 
 
 def test_a_robot_that_tells_no_efforts_is_refused(worn: JointRecording) -> None:
     mute = dataclasses.replace(worn, effort_nm=np.zeros_like(worn.effort_nm))
-    with pytest.raises(HardwareError, match=r"tells no effort: every reading is 0 Nm.*leave the stage 'identify' out"):
-        Samples(pa10(), GAME).of(mute, SHIPPED.smoothing_s)
+    with pytest.raises(
+        HardwareError, match=r"reports no effort: every reading is 0 Nm.*leave the stage 'identify' out"
+    ):
+        Samples(bench_arm(), GAME).of(mute, SHIPPED.smoothing_s)
 
 
 def test_a_joint_that_hardly_moves_is_named(worn: JointRecording) -> None:
     angles = worn.position_rad.copy()
     angles[:, 4] = angles[0, 4]
     with pytest.raises(StageError, match=r"joint 'e2' moved too little .*: 0 samples .* raise identify.duration_s"):
-        Samples(pa10(), GAME).of(dataclasses.replace(worn, position_rad=angles), SHIPPED.smoothing_s)
+        Samples(bench_arm(), GAME).of(dataclasses.replace(worn, position_rad=angles), SHIPPED.smoothing_s)
 
 
 def test_a_motion_shorter_than_two_windows_is_refused(worn: JointRecording) -> None:
     with pytest.raises(StageError, match=r"has 3001 samples; needed: more than 3002, two windows of 6.0 s: lower"):
-        Samples(pa10(), GAME).of(worn, 6.0)
+        Samples(bench_arm(), GAME).of(worn, 6.0)
 
 
 def model(names: tuple[str, ...]) -> FrictionModel:

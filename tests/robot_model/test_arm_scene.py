@@ -14,14 +14,14 @@ from kendama_cli.robot_model.arm_scene import ArmScene, cup_solid, read_stl, thi
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.foxglove import SceneUpdate, Solid
 from kendama_cli.schema.messages import codec
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 GAME = kendama_game()
 
 
 @pytest.fixture(scope="module")
 def arm() -> RobotModel:
-    return RobotModel(pa10(), GAME.cup, GAME.gravity_m_s2)
+    return RobotModel(bench_arm(), GAME.cup, GAME.gravity_m_s2)
 
 
 @pytest.mark.parametrize("seed", [10000, 10001])
@@ -112,10 +112,10 @@ BOX = '<collision><origin xyz="0 0 0.1"/><geometry><box size="0.1 0.2 0.3"/></ge
 
 def _links(folder: Path, *shapes: str) -> list[Solid]:
     """What is drawn of the PA10 whose first link has ``shapes``."""
-    text = Path(pa10().path).read_text(encoding="utf-8")
+    text = Path(bench_arm().path).read_text(encoding="utf-8")
     first = text.index("</link>")
     (folder / "arm.urdf").write_text(text[:first] + "".join(shapes) + text[first:], encoding="utf-8")
-    settings = dataclasses.replace(pa10(), path=str(folder / "arm.urdf"))
+    settings = dataclasses.replace(bench_arm(), path=str(folder / "arm.urdf"))
     solids = ArmScene(RobotModel(settings, GAME.cup, 9.81)).shapes(GAME).solids
     return [one for one in solids if one.name == "link"]
 

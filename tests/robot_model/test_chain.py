@@ -15,7 +15,7 @@ from kendama_cli.robot_model.placement.clearance import min_clearance, tool_of
 from kendama_cli.robot_model.placement.motion_check import limit_ratios
 from kendama_cli.robot_model.placement.placement import joint_trajectory
 from kendama_cli.schema.arrays import Array
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 GAME = kendama_game()
 POINT_CUP = dataclasses.replace(GAME.cup, radius_m=1e-6, depth_m=1e-6, wall_m=1e-7)
@@ -25,7 +25,7 @@ WEIGHTS = (0.7, 2.0, 0.3, 1.0, 0.05, 0.02, 0.1)
 
 @pytest.fixture(scope="module")
 def arm() -> RobotModel:
-    return RobotModel(dataclasses.replace(pa10(), redundancy_weights=WEIGHTS), POINT_CUP, GAME.gravity_m_s2)
+    return RobotModel(dataclasses.replace(bench_arm(), redundancy_weights=WEIGHTS), POINT_CUP, GAME.gravity_m_s2)
 
 
 def test_places_and_jacobian_are_those_of_dart(arm: RobotModel) -> None:

@@ -10,15 +10,15 @@ from kendama_cli.robot_model.arm_scene import ArmScene
 from kendama_cli.robot_model.description import Description, read_description
 from kendama_cli.settings.robot import PER_JOINT
 from tests.robot_model.inertia import inertia_of
-from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
-GOOD = Path(pa10().path).read_text()
+GOOD = Path(bench_arm().path).read_text()
 
 
 def read(file: Path, tip_link: str | None = None, base_link: str | None = None, **given: object) -> Description:
     """The description at ``file`` as ``robot=urdf`` reads it."""
     named = {"path": str(file), "tip_link": tip_link, "base_link": base_link, **given}
-    return read_description(dataclasses.replace(pa10(), **dict.fromkeys(PER_JOINT), **named))
+    return read_description(dataclasses.replace(bench_arm(), **dict.fromkeys(PER_JOINT), **named))
 
 
 def _refusal(tmp_path: Path, text: str, tip_link: str = "flange", base_link: str | None = None) -> InputError:
@@ -32,7 +32,7 @@ def _refusal(tmp_path: Path, text: str, tip_link: str = "flange", base_link: str
 
 
 def test_the_shipped_arm_has_seven_joints_with_the_published_speeds() -> None:
-    arm = modelled(pa10())
+    arm = modelled(bench_arm())
     assert arm.joint_names == ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
     degrees = arm.limits.velocity_rad_s * 180 / 3.141592653589793
     assert degrees == pytest.approx([57, 57, 114, 114, 360, 360, 360], rel=1e-5)
@@ -148,8 +148,8 @@ def test_a_moving_frame_without_mass_is_fine_where_it_carries_some(tmp_path: Pat
     body = '<link name="body">' + inertial + '</link><joint name="holds" type="fixed"><parent link="link_w2"/>'
     body += '<child link="body"/><axis xyz="0 0 0"/></joint></robot>'
     file.write_text(GOOD.replace(inertial, "", 1).replace("</robot>", body))
-    split = modelled(dataclasses.replace(pa10(), path=str(file)))
-    whole = modelled(pa10())
+    split = modelled(dataclasses.replace(bench_arm(), path=str(file)))
+    whole = modelled(bench_arm())
     assert split.new_body().skeleton.getMass() == pytest.approx(whole.new_body().skeleton.getMass(), abs=1e-5)
 
 
@@ -178,10 +178,10 @@ def test_a_tip_that_is_not_beyond_the_base_is_refused(tmp_path: Path) -> None:
 
 def test_a_chain_may_start_anywhere(tmp_path: Path) -> None:
     """What is before the base link is left out, and the base pose is that link's."""
-    arm = modelled(dataclasses.replace(pa10(), base_link="link_s3", **dict.fromkeys(PER_JOINT)))
+    arm = modelled(dataclasses.replace(bench_arm(), base_link="link_s3", **dict.fromkeys(PER_JOINT)))
     assert arm.joint_names == ("e1", "e2", "w1", "w2")
     place = arm.new_body().skeleton.getBodyNode("link_s3").getWorldTransform().translation()
-    assert place == pytest.approx(pa10().base_position_m)
+    assert place == pytest.approx(bench_arm().base_position_m)
 
 
 def test_a_urdf_without_links_is_refused(tmp_path: Path) -> None:
@@ -200,7 +200,7 @@ def test_joints_off_the_chain_are_held_fixed(tmp_path: Path) -> None:
     )
     file = tmp_path / "robot.urdf"
     file.write_text(GOOD.replace("</robot>", finger))
-    arm = modelled(dataclasses.replace(pa10(), path=str(file)))
+    arm = modelled(dataclasses.replace(bench_arm(), path=str(file)))
     assert arm.joint_names == ("s1", "s2", "s3", "e1", "e2", "w1", "w2")
     assert inertia_of(arm, arm.home_rad).shape == (7, 7)
 
@@ -208,19 +208,19 @@ def test_joints_off_the_chain_are_held_fixed(tmp_path: Path) -> None:
 def test_the_number_of_home_angles_must_fit_the_arm() -> None:
     six = (0.0,) * 6
     none = dict.fromkeys(PER_JOINT)
-    short = dataclasses.replace(pa10(), **{**none, "home_rad": six})
+    short = dataclasses.replace(bench_arm(), **{**none, "home_rad": six})
     with pytest.raises(InputError, match=r"has 7 moving joints on the way to 'flange', robot\.home_rad has 6"):
         modelled(short)
 
 
 def test_joint_lists_of_different_lengths_are_refused() -> None:
     with pytest.raises(ConfigError, match="'coulomb_nm' has 2 values; allowed: 7"):
-        dataclasses.replace(pa10(), coulomb_nm=(1.0, 1.0))
+        dataclasses.replace(bench_arm(), coulomb_nm=(1.0, 1.0))
 
 
 def test_a_cup_axis_of_zero_is_refused() -> None:
     with pytest.raises(ConfigError, match="'cup_axis'"):
-        dataclasses.replace(pa10().tool, cup_axis=(0.0, 0.0, 0.0))
+        dataclasses.replace(bench_arm().tool, cup_axis=(0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -240,6 +240,6 @@ def test_what_is_only_drawn_never_decides_what_is_simulated(tmp_path: Path, use:
     drawn = f"{first}<{use}><geometry>{shape}</geometry><material name='x'/><material name='x'/></{use}>"
     file = tmp_path / "robot.urdf"
     file.write_text(GOOD.replace(first, drawn))
-    assert read(file).urdf() == read(Path(pa10().path)).urdf()
-    arm = modelled(dataclasses.replace(pa10(), path=str(file)))
+    assert read(file).urdf() == read(Path(bench_arm().path)).urdf()
+    arm = modelled(dataclasses.replace(bench_arm(), path=str(file)))
     assert ArmScene(arm).shapes(kendama_game()).solids

@@ -16,7 +16,7 @@ from kendama_cli.settings.robot import PER_JOINT, RobotSettings
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.extras import require_robot_descriptions
 from tests.robot_model.inertia import inertia_of
-from tests.simulation.dart.bench_robot import ROOT, kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import ROOT, bench_arm, kendama_game, modelled
 
 EXTRA = ("panda", "ur10", "ur5", "xarm7")
 READY = ("pa10", "iiwa", *EXTRA)
@@ -33,7 +33,7 @@ def ready(name: str) -> RobotSettings:
 
 def bare() -> RobotSettings:
     """The PA10 as one who knows nothing but its URDF would give it."""
-    return dataclasses.replace(pa10(), tip_link=None, **dict.fromkeys(PER_JOINT))
+    return dataclasses.replace(bench_arm(), tip_link=None, **dict.fromkeys(PER_JOINT))
 
 
 @pytest.mark.parametrize("name", READY)
@@ -96,7 +96,7 @@ def test_a_path_must_be_given() -> None:
 
 def test_any_urdf_will_do_with_nothing_else_said(tmp_path: Path) -> None:
     file = tmp_path / "mine.urdf"
-    file.write_text(Path(pa10().path).read_text())
+    file.write_text(Path(bench_arm().path).read_text())
     values = yaml.safe_load((ROOT / "conf/robot/urdf.yaml").read_text()) | {"path": str(file)}
     world = ArmWorld(build(RobotSettings, values, "robot"), kendama_game())
     world.step(world.arm.home_rad, np.zeros(7), np.zeros(7))

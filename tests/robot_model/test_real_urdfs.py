@@ -18,7 +18,7 @@ from kendama_cli.robot_model.description import describe_arm, read_description
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import PER_JOINT, RobotSettings
-from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
 INERTIAL = '<inertial><mass value="1"/><inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/></inertial>'
 LIMIT = '<limit lower="-2" upper="2" velocity="3" effort="80"/>'
@@ -26,7 +26,9 @@ LIMIT = '<limit lower="-2" upper="2" velocity="3" effort="80"/>'
 
 def robot(file: Path, **given: Any) -> RobotSettings:
     """The robot of ``robot=urdf robot.path=FILE`` with what is ``given`` beside it."""
-    return dataclasses.replace(pa10(), **{**dict.fromkeys(PER_JOINT), "tip_link": None, "path": str(file), **given})
+    return dataclasses.replace(
+        bench_arm(), **{**dict.fromkeys(PER_JOINT), "tip_link": None, "path": str(file), **given}
+    )
 
 
 def link(name: str, inside: str = INERTIAL) -> str:
@@ -323,7 +325,7 @@ def test_a_joint_that_turns_nothing_with_inertia_is_named(tmp_path: Path) -> Non
     flange = '<joint name="flange" type="fixed"><parent link="l5"/><child link="tool0"/></joint>'
     file = tmp_path / "arm.urdf"
     file.write_text(arm(j5=on_axis, l5=link("l5", nothing), flange=flange))
-    tool = dataclasses.replace(pa10().tool, handle_m=(0.0, 0.0, 0.2), cup_axis=(0.0, 0.0, 1.0))
+    tool = dataclasses.replace(bench_arm().tool, handle_m=(0.0, 0.0, 0.2), cup_axis=(0.0, 0.0, 1.0))
     light = dataclasses.replace(kendama_game().cup, radius_m=0.03, mass_kg=1e-7)
     with pytest.raises(InputError, match="joint 'j5' moves nothing that has inertia"):
         RobotModel(robot(file, tool=tool), light, 9.81)

@@ -18,7 +18,7 @@ from kendama_cli.stages.adapt.stage import Adapt
 from kendama_cli.stages.interface import StageResult
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
-from tests.simulation.dart.bench_robot import ROOT, adapt_values, kendama_game, pa10
+from tests.simulation.dart.bench_robot import ROOT, adapt_values, bench_arm, kendama_game
 
 SHIPPED = build(AdaptSettings, adapt_values(), "adapt")
 QUICK = dataclasses.replace(SHIPPED, tau_range=(0.92, 1.04), amplitudes=(), max_shift_m=0.0, repeats=1)
@@ -36,7 +36,7 @@ def adapted(heading_deg: float, *, mirrored: bool = False, base_deg: float = 0.0
     swing = Demonstration("swing", rows[:, 0], np.column_stack([c * x - s * y, s * x + c * y, z]))
     plan = encode_demonstrations([swing], encode_settings())
     ctx = MemoryContext(10000)
-    robot = turned(pa10(), math.radians(base_deg))
+    robot = turned(bench_arm(), math.radians(base_deg))
     return Adapt(adapt=QUICK, robot=robot, game=kendama_game()).run({"encode": plan}, ctx), ctx
 
 

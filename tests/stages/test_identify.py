@@ -17,7 +17,7 @@ from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.stages.identify.stage import Identify
 from kendama_cli.stages.interface import StageResult
 from tests.memory_context import MemoryContext
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 CONF = Path(__file__).parents[2] / "conf"
 SHIPPED = build(IdentifySettings, yaml.safe_load((CONF / "identify/sweep.yaml").read_text()), "identify")
@@ -34,7 +34,7 @@ def run(
     ctx: MemoryContext | None = None,
     game: GameSettings | None = None,
 ) -> StageResult:
-    stage = Identify(identify=settings, hardware=hardware, robot=robot or pa10(), game=game or kendama_game())
+    stage = Identify(identify=settings, hardware=hardware, robot=robot or bench_arm(), game=game or kendama_game())
     return stage.run({}, ctx or MemoryContext(seed=3))
 
 
@@ -111,7 +111,7 @@ def test_whatever_the_friction_a_soft_arm_follows_as_if_there_were_none(friction
     made = run(
         SHIPPED,
         hardware,
-        dataclasses.replace(pa10(), stiffness_1_s2=400.0),
+        dataclasses.replace(bench_arm(), stiffness_1_s2=400.0),
         game=dataclasses.replace(game, ball=ball, rope=rope),
     )
     before, after = (float(made.metrics[f"tracking_rms_mm_{when}"] or 0) for when in ("before", "after"))

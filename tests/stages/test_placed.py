@@ -25,8 +25,8 @@ from kendama_cli.stages.adapt.stage import Adapt
 from kendama_cli.stages.transfer import stage as transfer_stage
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
-from tests.simulation.dart.bench_robot import ROOT, adapt_values, kendama_game, modelled, pa10
-from tests.stages.transfer_setup import stage as transfer_of_pa10
+from tests.simulation.dart.bench_robot import ROOT, adapt_values, bench_arm, kendama_game, modelled
+from tests.stages.transfer_setup import stage as transfer_of_the_arm
 
 GAME = kendama_game()
 FILE = adapt_values()
@@ -43,7 +43,7 @@ def plan() -> MotionPlan:
 @pytest.fixture(scope="module")
 def elsewhere(plan: MotionPlan) -> Placement:
     return find_placement(
-        pa10(),
+        bench_arm(),
         GAME,
         plan,
         SEARCHED.lead_in_m_s2,
@@ -56,7 +56,9 @@ def elsewhere(plan: MotionPlan) -> Placement:
 @pytest.fixture
 def motion(plan: MotionPlan, elsewhere: Placement, monkeypatch: pytest.MonkeyPatch) -> CatchMotion:
     monkeypatch.setattr(adapt_stage, "find_placement", lambda *_, **__: elsewhere)
-    made: CatchMotion = Adapt(adapt=SEARCHED, robot=pa10(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
+    made: CatchMotion = (
+        Adapt(adapt=SEARCHED, robot=bench_arm(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
+    )
     return made
 
 
@@ -72,7 +74,7 @@ def test_where_the_swing_ups_line_would_cost_the_motion_it_is_given_up(
         return elsewhere
 
     monkeypatch.setattr(adapt_stage, "find_placement", find)
-    made = Adapt(adapt=SEARCHED, robot=pa10(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
+    made = Adapt(adapt=SEARCHED, robot=bench_arm(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
     assert asked == [SEARCHED.line, None]
     assert made.placement == elsewhere
 
@@ -80,15 +82,15 @@ def test_where_the_swing_ups_line_would_cost_the_motion_it_is_given_up(
 def test_the_motion_is_that_of_the_arm_so_placed(motion: CatchMotion, elsewhere: Placement) -> None:
     assert motion.placement == elsewhere
     assert motion.joints.position_rad[0] == pytest.approx(elsewhere.home_rad, abs=0.02)
-    arm = modelled(placed(pa10(), elsewhere))
+    arm = modelled(placed(bench_arm(), elsewhere))
     value, _ = arm.cup_task(motion.joints.position_rad[200])
     assert value[3:] == pytest.approx([0.0, 0.0], abs=1e-7)
 
 
 def test_a_given_placement_is_told_as_it_stands(plan: MotionPlan) -> None:
     given = dataclasses.replace(SEARCHED, placement="fixed")
-    made = Adapt(adapt=given, robot=pa10(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
-    assert made.placement == current_placement(modelled(pa10()))
+    made = Adapt(adapt=given, robot=bench_arm(), game=GAME).run({"encode": plan}, MemoryContext(1)).artifact
+    assert made.placement == current_placement(modelled(bench_arm()))
 
 
 def test_transfer_opens_the_robot_where_the_motion_was_made_for(
@@ -106,8 +108,8 @@ def test_transfer_opens_the_robot_where_the_motion_was_made_for(
     monkeypatch.setattr(transfer_stage, "verify_policy", lambda *_: None)
     policy = PolicyArtifact.seal("table", {}, {"q": np.zeros((324, 5))})
     with pytest.raises(HardwareError, match="no robot in this test"):
-        transfer_of_pa10().run({"learn": policy, "adapt": motion}, MemoryContext(1))
-    assert opened == [placed(pa10(), elsewhere)]
+        transfer_of_the_arm().run({"learn": policy, "adapt": motion}, MemoryContext(1))
+    assert opened == [placed(bench_arm(), elsewhere)]
 
 
 def test_only_fixed_and_search_are_known() -> None:
@@ -118,4 +120,4 @@ def test_only_fixed_and_search_are_known() -> None:
 def test_a_motion_out_of_every_reach_stops_adapt_in_one_line(plan: MotionPlan) -> None:
     far = dataclasses.replace(plan, goal_m=plan.goal_m + np.array([9.0, 0.0, 0.0]))
     with pytest.raises(StageError, match=r"leaves the workspace of pa10: at [\d.]+ s"):
-        Adapt(adapt=SEARCHED, robot=pa10(), game=GAME).run({"encode": far}, MemoryContext(1))
+        Adapt(adapt=SEARCHED, robot=bench_arm(), game=GAME).run({"encode": far}, MemoryContext(1))

@@ -30,14 +30,14 @@ from kendama_cli.stages.rehearse.settings import RehearseSettings
 from kendama_cli.stages.rehearse.stage import Rehearse
 from tests.memory_context import MemoryContext
 from tests.shipped_conf import plain
-from tests.simulation.dart.bench_robot import pa10
+from tests.simulation.dart.bench_robot import bench_arm
 
 GAME: GameSettings = build_value(GameSettings, plain("game", "kendama"), "game")
 SAFETY = build(SafetySettings, plain("safety", "default"), "safety")
 SHIPPED = build(RehearseSettings, plain("rehearse", "slow"), "rehearse")
 FULL = dataclasses.replace(SHIPPED, speed=1.0)
 DIRECT: SimulatedHardware = build_value(HardwareSettings, plain("hardware", "simulated"), "hardware")
-ARM = RobotModel(pa10(), GAME.cup, GAME.gravity_m_s2)
+ARM = RobotModel(bench_arm(), GAME.cup, GAME.gravity_m_s2)
 
 
 def swing(reach_rad: float = 0.1, span_s: float = 0.5, joint: int | None = None) -> JointTrajectory:
@@ -63,7 +63,7 @@ def rehearsed(
     joints: JointTrajectory, settings: RehearseSettings = FULL, safety: SafetySettings = SAFETY
 ) -> tuple[StageResult, MemoryContext]:
     ctx = MemoryContext(seed=0)
-    stage = Rehearse(rehearse=settings, safety=safety, hardware=DIRECT, robot=pa10(), game=GAME)
+    stage = Rehearse(rehearse=settings, safety=safety, hardware=DIRECT, robot=bench_arm(), game=GAME)
     return stage.run({"adapt": catch_motion(joints)}, ctx), ctx
 
 
@@ -210,7 +210,7 @@ def test_a_limited_command_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
     spoil(monkeypatch, limited)
     made, _ = rehearsed(swing())
-    assert any("sent up to 0.010 rad beside what was commanded" in one for one in made.warnings)
+    assert any("sent up to 0.010 rad off its command" in one for one in made.warnings)
 
 
 def test_the_check_names_every_limit_and_finds_the_shipped_posture_sound() -> None:

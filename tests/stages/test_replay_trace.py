@@ -18,7 +18,7 @@ from kendama_cli.settings.robot import Imperfection
 from kendama_cli.stages.transfer.trace import imperfection, played_body
 from tests.devices.robot.test_simulated import WORN
 from tests.shipped_conf import plain
-from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
 GAME = kendama_game()
 OTHER = dataclasses.replace(WORN, rope_scale_spread=0.0, mass_scale=1.3, drag_scale=3.0)
@@ -27,9 +27,9 @@ MEASURED_M = 0.41
 
 def body(made: Imperfection, seed: int = 10000, *, told: bool = True) -> SampledBody:
     """What is logged of a robot of this imperfection, whose rope was measured as ``MEASURED_M``."""
-    history = SceneHistory(functools.partial(joint_places, modelled(pa10())), MEASURED_M, np.zeros(3))
-    simulated = SimulatedRobot(pa10(), GAME, imperfection=made, control_period_s=0.004)
-    robot, home = SceneRecordingRobot(simulated, history), np.array(pa10().home_rad)
+    history = SceneHistory(functools.partial(joint_places, modelled(bench_arm())), MEASURED_M, np.zeros(3))
+    simulated = SimulatedRobot(bench_arm(), GAME, imperfection=made, control_period_s=0.004)
+    robot, home = SceneRecordingRobot(simulated, history), np.array(bench_arm().home_rad)
     robot.reset(home, seed)
     for _ in range(5):
         robot.exchange(JointCommand(home, np.zeros(7), np.zeros(7)))

@@ -106,7 +106,7 @@ def measured(
 
 
 def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:
-    """Raise StageError, naming what stands in the way, where the motion is beyond a limit or something collides."""
+    """Raise StageError, naming the obstacle, where the motion is beyond a limit or something collides."""
     if motion.clearance.gap_m < 0:
         raise StageError(
             f"{robot.name}: the best placement found lets {motion.clearance.parts} overlap by "

@@ -24,7 +24,7 @@ class WorldErrors:
     ``joint_friction_nm`` is Coulomb friction of every joint beyond the known one, ``joint_friction_fraction`` the share
     of each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game;
     ``mass_scale`` and ``drag_scale`` are factors on the ball's mass and on the air's force; ``tie_friction_m`` is the
-    moment of the rope's friction at its tie over its pull, ``gravity_tilt_rad`` how far gravity leans toward +x for
+    moment of the rope's friction at its tie over its tension, ``gravity_tilt_rad`` how far gravity leans toward +x for
     the ball; the arm's stiff drive would not show it (g sin 1 deg / Kp is 0.05 mm).
     """
 

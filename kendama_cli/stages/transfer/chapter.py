@@ -61,7 +61,7 @@ def _all_games(log: StageLog) -> list[Figure]:
 
 
 def _one_game(log: StageLog) -> list[Figure]:
-    """Return one game as paths, over time, as its camera saw it, and as a film beside all errors of predictions."""
+    """Return one game as paths, over time, as its camera saw it, and as a video beside all errors of predictions."""
     number, start_s, end_s = shown_game(log)
     robot = robot_of(log.settings)
     paths = pair(log, "/transfer", start_s, end_s)

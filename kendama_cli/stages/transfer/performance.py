@@ -129,7 +129,7 @@ def error_over_time_panel(log: StageLog) -> Panel | None:
     medians = (
         pd.DataFrame({"left": left_ms, "error": error_mm, "sigma": sigma_mm}).groupby(group, observed=True).median()
     )
-    with drawing("transfer-prediction", "Error over the time left to the catch", width_in=4.6, height_in=3.1) as made:
+    with drawing("transfer-prediction", "Error over the time to the catch", width_in=4.6, height_in=3.1) as made:
         axes = made.axes()[0]
         axes.plot(left_ms, error_mm, ".", color=MUTED, ms=2.5, alpha=0.6, label="estimate")
         axes.plot(medians["left"], medians["error"], "o-", color=CUP, ms=3.5, lw=1.4, label="median")

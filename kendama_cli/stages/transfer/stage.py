@@ -126,7 +126,7 @@ def _warnings(progress: Progress) -> Iterator[str]:
         yield (
             f"learning on made the table worse: {sum(progress.after)} of {len(progress.after)} frozen rollouts succeed "
             f"after it, {sum(progress.before)} of {len(progress.before)} did before; the games were played with the "
-            "table as it was handed over, and that is handed on"
+            "table as it was before, which is also the result"
         )
 
 

@@ -19,7 +19,7 @@ from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import Imperfection
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 PERFECT = Imperfection(
     rope_scale=1.0,
@@ -66,12 +66,12 @@ WORN = Imperfection(
 
 
 def _robot(imperfection: Imperfection | None = None, period_s: float = 0.004) -> SimulatedRobot:
-    return SimulatedRobot(pa10(), kendama_game(), imperfection=imperfection, control_period_s=period_s)
+    return SimulatedRobot(bench_arm(), kendama_game(), imperfection=imperfection, control_period_s=period_s)
 
 
 def _nod(robot: Robot, seed: int = 0, periods: int = 100) -> list[Exchange]:
     """The wrist goes over to 0.2 rad and back, well within the limits."""
-    home = np.array(pa10().home_rad)
+    home = np.array(bench_arm().home_rad)
     seen = [robot.reset(home, seed)]
     for k in range(1, periods + 1):
         t = k * robot.period_s
@@ -96,7 +96,7 @@ def test_the_laws_catch_a_robot_that_ignores_its_limits() -> None:
             return dataclasses.replace(made, sent=command)
 
     with pytest.raises(AssertionError, match="broken law: what is sent keeps to the position limits"):
-        check_limits(lambda: closing(Reckless(pa10(), kendama_game(), imperfection=None, control_period_s=0.004)))
+        check_limits(lambda: closing(Reckless(bench_arm(), kendama_game(), imperfection=None, control_period_s=0.004)))
 
 
 def test_the_laws_catch_a_robot_that_goes_on_after_a_halt() -> None:
@@ -105,7 +105,7 @@ def test_the_laws_catch_a_robot_that_goes_on_after_a_halt() -> None:
             pass
 
     with pytest.raises(AssertionError, match="broken law: a halted robot refuses"):
-        check_halt(lambda: closing(Restless(pa10(), kendama_game(), imperfection=None, control_period_s=0.004)))
+        check_halt(lambda: closing(Restless(bench_arm(), kendama_game(), imperfection=None, control_period_s=0.004)))
 
 
 def test_a_perfect_robot_follows_within_a_milliradian() -> None:
@@ -142,15 +142,15 @@ def test_noise_is_drawn_from_the_seed_alone() -> None:
 
 
 def test_a_longer_rope_lets_the_ball_hang_lower() -> None:
-    plain = _robot().reset(np.array(pa10().home_rad), 0).state
-    long = _robot(dataclasses.replace(PERFECT, rope_scale=1.1)).reset(np.array(pa10().home_rad), 0).state
+    plain = _robot().reset(np.array(bench_arm().home_rad), 0).state
+    long = _robot(dataclasses.replace(PERFECT, rope_scale=1.1)).reset(np.array(bench_arm().home_rad), 0).state
     assert plain.ball_in_world_m[2] - long.ball_in_world_m[2] == pytest.approx(0.04, abs=1e-9)
 
 
 def test_the_wrists_sensor_carries_the_tool_and_the_ball() -> None:
     game = kendama_game()
     robot = _robot()
-    last = robot.reset(np.array(pa10().home_rad), 0)
+    last = robot.reset(np.array(bench_arm().home_rad), 0)
     for _ in range(50):
         last = robot.exchange(dataclasses.replace(last.sent))
     weight_n = (game.cup.mass_kg + game.ball.mass_kg) * game.gravity_m_s2
@@ -159,7 +159,7 @@ def test_the_wrists_sensor_carries_the_tool_and_the_ball() -> None:
 
 def test_an_added_effort_is_clipped_to_the_limit_and_passes_latency_as_the_command_does() -> None:
     robot = _robot(dataclasses.replace(PERFECT, latency_s=0.02))
-    home = robot.reset(np.array(pa10().home_rad), 0)
+    home = robot.reset(np.array(bench_arm().home_rad), 0)
     push = np.array([0, 0, 0, 0, 0, 0, 1e6])
     moved = [robot.exchange(dataclasses.replace(home.sent, effort_nm=push)) for _ in range(10)]
     assert np.array_equal(moved[0].sent.effort_nm, np.clip(push, 0, robot.limits.effort_nm))
@@ -215,7 +215,7 @@ def test_a_feasible_command_passes_the_limiter_unchanged() -> None:
 
 
 def test_under_torque_a_gap_brakes_every_joint_within_its_acceleration_limit() -> None:
-    robot = SimulatedRobot(pa10(), kendama_game(), imperfection=None, control_period_s=0.004)
+    robot = SimulatedRobot(bench_arm(), kendama_game(), imperfection=None, control_period_s=0.004)
     with closing(robot):
         robot.reset(robot._world.arm.home_rad, 0)
         still, top = np.zeros(7), robot.limits.acceleration_rad_s2

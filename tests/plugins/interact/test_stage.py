@@ -19,7 +19,7 @@ from tests.devices.robot.stand_in import ObedientRobot, key_file, served
 from tests.memory_context import MemoryContext
 from tests.settings.shipped_scene import body, press, robot, scene
 from tests.shipped_conf import plain
-from tests.simulation.dart.bench_robot import pa10
+from tests.simulation.dart.bench_robot import bench_arm
 
 DIRECT = build(SimulatedHardware, plain("hardware", "simulated"), "hardware")
 TWIN = build(TwinHardware, plain("hardware", "twin"), "hardware")
@@ -35,7 +35,7 @@ def _short(share=0.6, until="leave", **changed):
 
 def _play(*bodies, settings=None, hardware=DIRECT) -> tuple[StageResult, MemoryContext]:
     ctx = MemoryContext(seed=0)
-    stage = Interact(interact=settings or _short(), scene=scene(*bodies), robot=pa10(), hardware=hardware)
+    stage = Interact(interact=settings or _short(), scene=scene(*bodies), robot=bench_arm(), hardware=hardware)
     return stage.run({}, ctx), ctx
 
 

@@ -17,7 +17,7 @@ from kendama_cli.settings.interact import ProbeSettings
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from kendama_cli.simulation.dart.wrist import coriolis_nm
 from tests.settings.shipped_scene import body, controller, press, scene
-from tests.simulation.dart.bench_robot import frictionless_pa10, pa10
+from tests.simulation.dart.bench_robot import bench_arm, frictionless_bench_arm
 
 PROBE = press().probe
 GRAVITY_M_S2 = 9.81
@@ -25,7 +25,7 @@ STILL = np.zeros(7)
 
 
 def _world(*bodies, robot=None, probe: ProbeSettings = PROBE) -> ArmWorld:
-    return ArmWorld(robot or frictionless_pa10(), press(probe=dataclasses.asdict(probe)), scene(*bodies))
+    return ArmWorld(robot or frictionless_bench_arm(), press(probe=dataclasses.asdict(probe)), scene(*bodies))
 
 
 def _hold(world, kind="impedance", *, steps, push_n=None, reference=None, after=None, **changed):
@@ -156,7 +156,7 @@ def test_the_wrist_feels_the_tools_weight_at_rest_and_the_contact_when_it_presse
 def test_what_happened_in_another_world_changes_nothing():
     paths = []
     for _ in range(2):
-        world = _world(body(position_m=[0.0, 0.0, 1.15]), robot=pa10())
+        world = _world(body(position_m=[0.0, 0.0, 1.15]), robot=bench_arm())
         reference = resting_at(world.state())
         lower = dataclasses.replace(reference, position_m=reference.position_m - [0.0, 0.0, 0.03])
         seen: list[list[float]] = []
@@ -186,7 +186,7 @@ def test_efforts_are_clipped_to_the_joints_limits():
 
 
 def test_a_body_where_the_arm_stands_is_refused():
-    base_m = pa10().base_position_m
+    base_m = bench_arm().base_position_m
     with pytest.raises(ConfigError, match=r"\(table\) overlaps with the arm's base by \d+ mm"):
         _world(body(position_m=[base_m[0], base_m[1], base_m[2] + 0.1]))
     with pytest.raises(ConfigError, match=r"\(table\) overlaps with the tool at home by \d+ mm"):

@@ -10,17 +10,17 @@ from kendama_cli.robot_model.inverse_kinematics import solve_cup
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.motion_check import limit_ratios, require_within_limits
 from kendama_cli.robot_model.placement.placement import CupLine, cup_line, joint_trajectory
-from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import bench_arm, frictionless_bench_arm, kendama_game, modelled
 
 
 @pytest.fixture(scope="module")
 def line() -> CupLine:
-    return cup_line(pa10(), kendama_game(), 0.4)
+    return cup_line(bench_arm(), kendama_game(), 0.4)
 
 
 @pytest.fixture(scope="module")
 def arm() -> RobotModel:
-    return modelled(pa10())
+    return modelled(bench_arm())
 
 
 def test_the_cup_stays_upright_and_on_its_line(line: CupLine, arm: RobotModel) -> None:
@@ -97,7 +97,7 @@ def test_a_trajectory_holds_the_cup_upright_on_its_path(arm: RobotModel) -> None
 
 def test_shares_scale_with_tempo_as_speed_and_acceleration_do_and_efforts_tend_to_the_weight() -> None:
     arm = RobotModel(
-        dataclasses.replace(frictionless_pa10(), stribeck_nm=(0.0,) * 7),
+        dataclasses.replace(frictionless_bench_arm(), stribeck_nm=(0.0,) * 7),
         kendama_game().cup,
         kendama_game().gravity_m_s2,
     )

@@ -29,7 +29,7 @@ from kendama_cli.robot_model.placement.placement_search import (
     motion_demand,
 )
 from kendama_cli.settings.placement import LineSettings, Placement, placed
-from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
 GAME = kendama_game()
 LEAD_IN = 5.0
@@ -56,12 +56,12 @@ PLAN = _plan()
 @pytest.fixture(scope="module")
 def problem() -> PlacementProblem:
     path = CupPath(PLAN, LEAD_IN)
-    return PlacementProblem(modelled(pa10()), GAME, [motion_demand(path.at(0.02 * np.arange(151)), 0.02)])
+    return PlacementProblem(modelled(bench_arm()), GAME, [motion_demand(path.at(0.02 * np.arange(151)), 0.02)])
 
 
 @pytest.fixture(scope="module")
 def found() -> Placement:
-    return find_placement(pa10(), GAME, PLAN, LEAD_IN, line=None, effort=0.15, progress=_quiet)
+    return find_placement(bench_arm(), GAME, PLAN, LEAD_IN, line=None, effort=0.15, progress=_quiet)
 
 
 def test_the_swing_made_up_here_is_one() -> None:
@@ -72,7 +72,7 @@ def test_the_swing_made_up_here_is_one() -> None:
 
 
 def test_the_given_placement_is_a_candidate_and_comes_back_as_it_was(problem: PlacementProblem) -> None:
-    given = current_placement(modelled(pa10()))
+    given = current_placement(modelled(bench_arm()))
     back = problem.placement(problem.place_of(given))
     for field in ("base_position_m", "home_rad", "handle_m"):
         assert getattr(back, field)[1:] == pytest.approx(getattr(given, field)[1:], abs=1e-4)
@@ -86,7 +86,7 @@ def test_every_candidate_holds_the_cup_upright_at_the_same_place(problem: Placem
     rng = np.random.default_rng(5)
     for _ in range(10):
         placement = problem.placement(rng.uniform(size=problem.dimensions))
-        arm = modelled(placed(pa10(), placement))
+        arm = modelled(placed(bench_arm(), placement))
         value, _ = arm.cup_task(arm.home_rad)
         assert value == pytest.approx([0.0, 0.0, 1.2, 0.0, 0.0], abs=1e-5)
 
@@ -96,9 +96,9 @@ def test_a_turned_swing_costs_an_arm_that_turns_along_the_same(problem: Placemen
     """The heading is the first coordinate of a candidate, of which 1 is a whole turn."""
     angle = math.radians(angle_deg)
     path = CupPath(turned_plan(PLAN, angle), LEAD_IN).at(0.02 * np.arange(151))
-    other = PlacementProblem(modelled(pa10()), GAME, [motion_demand(path, 0.02, swing_rad=angle)])
+    other = PlacementProblem(modelled(bench_arm()), GAME, [motion_demand(path, 0.02, swing_rad=angle)])
     rng = np.random.default_rng(7)
-    places = [problem.place_of(current_placement(modelled(pa10()))), *rng.uniform(size=(100, problem.dimensions))]
+    places = [problem.place_of(current_placement(modelled(bench_arm()))), *rng.uniform(size=(100, problem.dimensions))]
     costs = [problem.cost(place) for place in places]
     for place in places:
         place[0] = (place[0] + angle_deg / 360) % 1.0
@@ -108,31 +108,31 @@ def test_a_turned_swing_costs_an_arm_that_turns_along_the_same(problem: Placemen
 
 @pytest.mark.slow
 def test_the_cost_is_what_the_arm_in_dart_needs(problem: PlacementProblem, found: Placement) -> None:
-    shares = measured(placed(pa10(), found), GAME, PLAN, LEAD_IN).shares
+    shares = measured(placed(bench_arm(), found), GAME, PLAN, LEAD_IN).shares
     needed = max(shares.velocity.max(), 0.6 * shares.acceleration.max(), 0.6 * shares.effort.max())
     assert problem.cost(problem.place_of(found)) == pytest.approx(needed, rel=0.03)
 
 
 def test_the_search_beats_the_posture_in_the_middle_of_the_ranges_and_nothing_collides(found: Placement) -> None:
-    motion = measured(placed(pa10(), found), GAME, PLAN, LEAD_IN)
-    given = measured(pa10(), GAME, PLAN, LEAD_IN)
+    motion = measured(placed(bench_arm(), found), GAME, PLAN, LEAD_IN)
+    given = measured(bench_arm(), GAME, PLAN, LEAD_IN)
     assert motion.shares.leading[0].ratio < 1.0
     assert motion.shares.velocity.max() < 1.05 * given.shares.velocity.max()
     assert motion.clearance.gap_m > 0.0
     assert motion.shares.to_stop_rad.min() > 0.04
     assert motion.min_tau_scale < 1.0
-    require_workable(pa10(), motion)
+    require_workable(bench_arm(), motion)
 
 
 def test_the_same_search_finds_the_same_placement() -> None:
     one, other = (
-        find_placement(pa10(), GAME, PLAN, LEAD_IN, line=None, effort=0.03, progress=_quiet) for _ in range(2)
+        find_placement(bench_arm(), GAME, PLAN, LEAD_IN, line=None, effort=0.03, progress=_quiet) for _ in range(2)
     )
     assert one == other
 
 
 def test_a_better_redundancy_or_a_longer_search_never_costs_more(problem: PlacementProblem, found: Placement) -> None:
-    given = problem.cost(problem.place_of(current_placement(modelled(pa10()))))
+    given = problem.cost(problem.place_of(current_placement(modelled(bench_arm()))))
     assert problem.cost(problem.place_of(found)) <= given
 
 
@@ -157,7 +157,7 @@ def test_a_line_that_is_wider_and_faster_is_demanded_so(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(finding, "search", looked)
     line = LineSettings(half_width_m=0.6, max_speed_m_s=3.0, acceleration_m_s2=20.0)
-    find_placement(pa10(), GAME, PLAN, LEAD_IN, line=line, effort=0.1, progress=_quiet)
+    find_placement(bench_arm(), GAME, PLAN, LEAD_IN, line=line, effort=0.1, progress=_quiet)
     assert [np.abs(one.path_m[:, 0]).max() for one in seen] == pytest.approx([0.62, 0.62])
     assert [(one.velocity.max(), one.acceleration) for one in seen] == [(3.0, 20.0)] * 2
 
@@ -174,26 +174,26 @@ def test_a_motion_outside_the_workspace_says_how_far_where_and_when() -> None:
     huge = scaled_plan(PLAN, 25.0, 1.0)
     message = r"leaves the workspace of pa10: at \d\.\d\d s, x .* m from its start, .* \d+\.\d+ m short"
     with pytest.raises(StageError, match=message) as raised:
-        find_placement(pa10(), GAME, huge, LEAD_IN, line=None, effort=0.02, progress=_quiet)
+        find_placement(bench_arm(), GAME, huge, LEAD_IN, line=None, effort=0.02, progress=_quiet)
     assert "\n" not in str(raised.value)
 
 
 def test_a_motion_beyond_a_limit_names_joint_and_limit(found: Placement) -> None:
-    arm = placed(pa10(), found)
+    arm = placed(bench_arm(), found)
     hasty = measured(arm, GAME, dataclasses.replace(PLAN, duration_s=0.4), LEAD_IN)
     with pytest.raises(StageError, match=r"pa10: .* needs [\d.]+ of joint '\w+' (speed|acceleration|effort) limit \("):
         require_workable(arm, hasty)
 
 
 def test_links_that_overlap_are_named(found: Placement) -> None:
-    thick = dataclasses.replace(placed(pa10(), found), link_radius_m=(0.3,) * 7)
+    thick = dataclasses.replace(placed(bench_arm(), found), link_radius_m=(0.3,) * 7)
     motion = measured(thick, GAME, PLAN, LEAD_IN)
     with pytest.raises(StageError, match=r"lets .* and .* overlap by \d+ mm"):
         require_workable(thick, motion)
 
 
 def test_a_placed_arm_is_the_same_arm_elsewhere(found: Placement) -> None:
-    arm = placed(pa10(), found)
+    arm = placed(bench_arm(), found)
     assert current_placement(modelled(arm)) == found
-    assert (arm.path, arm.acceleration_rad_s2) == (pa10().path, pa10().acceleration_rad_s2)
+    assert (arm.path, arm.acceleration_rad_s2) == (bench_arm().path, bench_arm().acceleration_rad_s2)
     assert math.hypot(*arm.tool.cup_axis) == pytest.approx(1.0, abs=1e-5)

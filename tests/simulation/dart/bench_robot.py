@@ -21,16 +21,16 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 @functools.cache
-def pa10() -> RobotSettings:
-    """The shipped PA10."""
+def bench_arm() -> RobotSettings:
+    """Return the arm that most tests use, whichever of the shipped ones it is: today the PA10."""
     values = yaml.safe_load((ROOT / "conf/robot/pa10.yaml").read_text())
     return build(RobotSettings, values | {"path": str(ROOT / values["path"])}, "robot")
 
 
-def frictionless_pa10() -> RobotSettings:
+def frictionless_bench_arm() -> RobotSettings:
     """The shipped PA10 without any joint friction."""
     none = (0.0,) * 7
-    return dataclasses.replace(pa10(), coulomb_nm=none, viscous_nm_s=none, stribeck_nm=none)
+    return dataclasses.replace(bench_arm(), coulomb_nm=none, viscous_nm_s=none, stribeck_nm=none)
 
 
 @functools.cache

@@ -17,7 +17,7 @@ from kendama_cli.simulation.dart.arm_errors import WorldErrors
 from kendama_cli.simulation.dart.dynamics_kernel import ArmDynamics
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.shipped_conf import plain
-from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
 
 def watched(world: ArmWorld, *, always_held: bool = False) -> list[bool]:
@@ -53,13 +53,13 @@ def swayed(
     ("viscous", "rounding_rad"),
     # DART applies constraints after viscous friction, compiled code beside it: 5 Nms of it are T B = 0.5 % of 1 kg m^2
     # where DART finds the friction, rotors are carried by the rope's pull of the step before
-    [((0.0,) * 7, 2e-6), (pa10().viscous_nm_s, 2e-5)],
+    [((0.0,) * 7, 2e-6), (bench_arm().viscous_nm_s, 2e-5)],
     ids=["without viscous friction", "as shipped"],
 )
 def test_an_arm_moves_as_if_dart_had_looked_for_contacts_and_friction_in_every_step(
     viscous: tuple[float, ...], rounding_rad: float
 ) -> None:
-    robot = dataclasses.replace(pa10(), viscous_nm_s=viscous)
+    robot = dataclasses.replace(bench_arm(), viscous_nm_s=viscous)
     apart, looked = swayed(robot, always_held=False)
     touching, always = swayed(robot, always_held=True)
     assert np.mean(looked) < 0.2
@@ -69,7 +69,7 @@ def test_an_arm_moves_as_if_dart_had_looked_for_contacts_and_friction_in_every_s
 
 def test_a_tie_on_the_cups_wall_pulls_alike_whether_dart_looks_or_not_and_lies_under_no_axis() -> None:
     """DART tells where the tie is and how fast, compiled code finds both by itself from the joints."""
-    robot = dataclasses.replace(pa10(), viscous_nm_s=(0.0,) * 7)
+    robot = dataclasses.replace(bench_arm(), viscous_nm_s=(0.0,) * 7)
     game = dataclasses.replace(kendama_game(), cup=build(CupSettings, plain("game/cup", "side"), "cup"))
     apart, looked = swayed(robot, always_held=False, steps=300, game=game)
     touching, always = swayed(robot, always_held=True, steps=300, game=game)
@@ -83,7 +83,7 @@ def test_a_ball_in_the_cup_of_an_arm_that_stops_moves_as_if_dart_had_found_frict
     """It falls in while all joints turn, which then stop dead and rest under it: friction slides and holds."""
     seen = []
     for always_held in (False, True):
-        world = ArmWorld(pa10(), kendama_game(), links=True)
+        world = ArmWorld(bench_arm(), kendama_game(), links=True)
         looked = watched(world, always_held=always_held)
         home, still, states = world.arm.home_rad, np.zeros(7), []
         for k in range(1, 500):
@@ -109,7 +109,7 @@ def test_a_ball_in_the_cup_of_an_arm_that_stops_moves_as_if_dart_had_found_frict
 def test_dart_looks_before_anything_touches() -> None:
     """A ball that falls onto cup, handle and links from many places meets none of them unseen."""
     game = kendama_game()
-    world = ArmWorld(pa10(), game, links=True)
+    world = ArmWorld(bench_arm(), game, links=True)
     world.reset(world.arm.home_rad)
     home, still = world.arm.home_rad, np.zeros(7)
     places = world.arm.joint_positions_m(home)
@@ -135,7 +135,7 @@ def test_dart_looks_before_anything_touches() -> None:
 
 
 def test_the_compiled_arm_is_dart_s() -> None:
-    arm = modelled(pa10())
+    arm = modelled(bench_arm())
     dynamics, body = ArmDynamics(arm, kendama_game(), links=True), arm.new_body()
     skeleton, rng, rotors = body.skeleton, np.random.default_rng(4), np.diag(arm.rotor_inertia_kg_m2)
     skeleton.setGravity(np.array([0.0, 0.0, -arm.gravity_m_s2]))

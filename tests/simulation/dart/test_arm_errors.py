@@ -10,18 +10,18 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.arm_errors import ONSET_S, ArmErrors, Backlash, ErringArm, WorldErrors
 from kendama_cli.simulation.dart.rollout import play_rollout
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from tests.simulation.dart.bench_robot import kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
 
 def _held(seconds: float) -> JointTrajectory:
-    arm = modelled(pa10())
+    arm = modelled(bench_arm())
     t_s = STEP_S * np.arange(round(seconds / STEP_S) + 1)
     still = np.zeros((len(t_s), len(arm.joint_names)))
     return JointTrajectory(arm.joint_names, t_s, still + arm.home_rad, still, still)
 
 
 def _followed(joints: JointTrajectory, errors: ArmErrors) -> Array:
-    erring = ErringArm(modelled(pa10()), joints, errors, STEP_S)
+    erring = ErringArm(modelled(bench_arm()), joints, errors, STEP_S)
     made = [
         erring.follows(joints.position_rad[k], joints.velocity_rad_s[k], joints.acceleration_rad_s2[k])
         for k in range(len(joints.t_s))
@@ -38,7 +38,7 @@ def test_the_cup_errs_by_a_sine_along_x_whatever_the_drive_allows(
     J^+ is exact to first order. Dry friction is left out: it is compensated for the speed that is wanted, here none.
     """
     none = (0.0,) * 7
-    robot, joints = dataclasses.replace(pa10(), coulomb_nm=none, stribeck_nm=none), _held(1.0)
+    robot, joints = dataclasses.replace(bench_arm(), coulomb_nm=none, stribeck_nm=none), _held(1.0)
     if top_rad_s2 is not None:
         robot = dataclasses.replace(robot, acceleration_rad_s2=(top_rad_s2,) * 7)
     world = ArmWorld(robot, kendama_game())
@@ -67,7 +67,7 @@ class _Reader:
 
 def test_the_arm_does_not_know_that_it_errs() -> None:
     """What catches a ball reads the angles as the drive does: at 0.5 Hz the cup seems to be where it should be."""
-    world, joints, reader = ArmWorld(pa10(), kendama_game()), _held(1.5), _Reader()
+    world, joints, reader = ArmWorld(bench_arm(), kendama_game()), _held(1.5), _Reader()
     errors = ArmErrors(cup_error_m=0.005, cup_error_hz=0.5)
     made = play_rollout(world, joints, errors=errors, correction=reader, record=True)
     assert made.trace is not None
@@ -100,7 +100,7 @@ def test_an_arm_without_errors_follows_what_it_is_told() -> None:
 
 
 def test_a_heavier_ball_pulls_harder_and_thicker_air_slows_more() -> None:
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     game = kendama_game()
     for mass, drag in ((1.1, 1.0), (1.0, 3.0)):
         world.perturb(WorldErrors(mass_scale=mass, drag_scale=drag))
@@ -130,7 +130,7 @@ def test_a_joint_with_backlash_rests_until_its_motor_has_crossed_the_play() -> N
 
 
 def test_in_leaning_gravity_the_ball_hangs_aside_and_stays_there() -> None:
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     world.perturb(WorldErrors(gravity_tilt_rad=0.01745))
     world.reset(world.arm.home_rad)
     zero = np.zeros(len(world.arm.joint_names))
@@ -142,7 +142,7 @@ def test_in_leaning_gravity_the_ball_hangs_aside_and_stays_there() -> None:
 
 def test_friction_at_the_tie_takes_what_it_should_from_a_swing() -> None:
     """A small swing loses 4 mu r per period of its amplitude along the arc: M = mu r T over the length, T about m g."""
-    world, zero = ArmWorld(pa10(), kendama_game()), np.zeros(7)
+    world, zero = ArmWorld(bench_arm(), kendama_game()), np.zeros(7)
     amplitudes = []
     for friction_m in (0.0, 0.002):
         world.perturb(WorldErrors(ball_start_m=0.1, tie_friction_m=friction_m, drag_scale=1e-6))

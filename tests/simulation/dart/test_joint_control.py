@@ -14,7 +14,7 @@ from kendama_cli.simulation.dart import torque_kernel
 from kendama_cli.simulation.dart.arm_errors import WorldErrors
 from kendama_cli.simulation.dart.joint_control import JointFriction
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, modelled, pa10
+from tests.simulation.dart.bench_robot import bench_arm, frictionless_bench_arm, kendama_game, modelled
 
 COULOMB, STRIBECK, SPEED, VISCOUS = 2.0, 1.0, 0.1, 3.0
 INERTIA = 0.5
@@ -124,7 +124,7 @@ def test_friction_never_adds_energy_however_light_the_joint_is(way: str, inertia
 def test_the_controller_that_knows_all_friction_follows_as_if_there_were_none() -> None:
     """Away from reversals: there the sign of what is compensated is blurred on purpose."""
     errors = {}
-    for name, robot in (("none", frictionless_pa10()), ("known", pa10())):
+    for name, robot in (("none", frictionless_bench_arm()), ("known", bench_arm())):
         world = ArmWorld(robot, kendama_game())
         worst = 0.0
         for k in range(1, 1200):
@@ -142,7 +142,7 @@ def test_the_controller_that_knows_all_friction_follows_as_if_there_were_none() 
 
 
 def test_unknown_shares_scale_every_known_friction() -> None:
-    arm = modelled(pa10())
+    arm = modelled(bench_arm())
     known, joints = arm.friction, arm.new_body().joints
     friction = JointFriction(joints, known, arm.limits.effort_nm)
     friction.set_unknown(0.25, 0.1)
@@ -160,7 +160,7 @@ def test_unknown_shares_scale_every_known_friction() -> None:
 
 def test_the_motors_give_what_is_asked_with_the_law_of_the_known_friction_within_their_limits() -> None:
     """The compiled law beside ParametricFriction, in whose direction the sign of the wanted speed is blurred."""
-    arm = modelled(pa10())
+    arm = modelled(bench_arm())
     friction = JointFriction(arm.new_body().joints, arm.friction, arm.limits.effort_nm)
     rng = np.random.default_rng(7)
     clipped = 0
@@ -207,7 +207,7 @@ def test_the_friction_of_coupled_joints_obeys_coulomb_s_law() -> None:
 def test_two_percent_of_friction_that_nobody_knows_costs_little() -> None:
     game, worst = kendama_game(), []
     for share in (0.0, 0.02, 0.5):
-        world = ArmWorld(pa10(), game)
+        world = ArmWorld(bench_arm(), game)
         world.perturb(WorldErrors(joint_friction_fraction=share))
         world.reset(world.arm.home_rad)
         for k in range(1, 600):
@@ -223,7 +223,7 @@ def test_two_percent_of_friction_that_nobody_knows_costs_little() -> None:
 
 
 def test_a_robot_without_friction_values_has_none() -> None:
-    bare = dataclasses.replace(pa10(), coulomb_nm=None, viscous_nm_s=None, stribeck_nm=None, stribeck_rad_s=None)
+    bare = dataclasses.replace(bench_arm(), coulomb_nm=None, viscous_nm_s=None, stribeck_nm=None, stribeck_rad_s=None)
     arm = modelled(bare)
     assert not arm.friction.coulomb_nm.any()
     assert not arm.friction.viscous_nm_s.any()

@@ -21,7 +21,7 @@ from kendama_cli.simulation.dart.stepper import STEP_S
 from kendama_cli.simulation.dart.world import ArmWorld
 from tests.motion.swings import settings as encode_settings
 from tests.shipped_conf import plain
-from tests.simulation.dart.bench_robot import ROOT, kendama_game, pa10
+from tests.simulation.dart.bench_robot import ROOT, bench_arm, kendama_game
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ def plan() -> MotionPlan:
 
 @pytest.fixture(scope="module")
 def world() -> ArmWorld:
-    return ArmWorld(pa10(), kendama_game())
+    return ArmWorld(bench_arm(), kendama_game())
 
 
 def _play(world: ArmWorld, plan: MotionPlan, tau: float) -> RolloutResult:

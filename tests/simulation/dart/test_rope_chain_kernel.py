@@ -19,7 +19,7 @@ from kendama_cli.simulation.dart.hand_world import carry_cup
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.simulation.swingup.rail import CompiledRail
 from tests.shipped_conf import plain
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 GAME = build(GameSettings, plain("game", "kendama"), "game")
 STILL = dataclasses.replace(GAME, air=LinearAir("linear", 0.0))
@@ -45,7 +45,7 @@ def test_a_chain_hangs_and_pulls_the_cup_by_the_weight_of_ball_and_rope() -> Non
     """At rest the wrist carries 10 g of rope more than 50 g of ball alone."""
     pulls = []
     for rope_kg in (0.0, 1e-2):
-        world = ArmWorld(pa10(), of_mass(kendama_game(), rope_kg))
+        world = ArmWorld(bench_arm(), of_mass(kendama_game(), rope_kg))
         rest, home = np.zeros(len(world.arm.joint_names)), world.arm.home_rad
         for _ in range(300):
             world.step(home, rest, rest)
@@ -55,7 +55,7 @@ def test_a_chain_hangs_and_pulls_the_cup_by_the_weight_of_ball_and_rope() -> Non
 
 
 def test_a_twin_may_have_a_heavier_rope_than_its_model_and_loses_it_again() -> None:
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     assert world.ball.chain.rope_kg == 0.0
     world.perturb(WorldErrors(rope_kg=1e-3))
     assert world.ball.chain.rope_kg == 1e-3

@@ -12,7 +12,7 @@ from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.simulation.dart.scene import Scene, check_clear, depth_m
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.settings.shipped_scene import body, scene
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 GRAVITY_M_S2 = 9.81
 
@@ -177,7 +177,7 @@ def test_a_reset_puts_every_body_back_and_the_same_happens_again():
 
 
 def test_the_games_own_world_takes_a_scene():
-    world = ArmWorld(pa10(), kendama_game(), scene(body()))
+    world = ArmWorld(bench_arm(), kendama_game(), scene(body()))
     world.ball.put([0.1, 0.0, 1.05], [0.0, 0.0, -1.0])
     for _ in range(800):
         world.step(world.arm.home_rad, np.zeros(7), np.zeros(7))

@@ -10,7 +10,7 @@ from kendama_cli.errors import SimulationError
 from kendama_cli.physics.rope import RopeLaw, rope_pull
 from kendama_cli.simulation.dart.arm_errors import NO_ERRORS, WorldErrors
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, frictionless_bench_arm, kendama_game
 
 STILL = np.zeros(7)
 
@@ -37,7 +37,7 @@ def _hold(world: ArmWorld, steps: int) -> None:
 
 
 def test_the_home_posture_holds_the_cup_upright_over_the_origin() -> None:
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     value, _ = world.arm.cup_task(world.arm.home_rad)
     assert np.abs(value[:2]).max() < 1e-5
     assert value[2] == pytest.approx(1.2, abs=1e-5)
@@ -46,7 +46,7 @@ def test_the_home_posture_holds_the_cup_upright_over_the_origin() -> None:
 
 def test_dart_moves_the_ball_as_semi_implicit_euler_does() -> None:
     game = kendama_game()
-    world = ArmWorld(pa10(), game)
+    world = ArmWorld(bench_arm(), game)
     world.perturb(WorldErrors(ball_start_m=0.25))
     world.reset(world.arm.home_rad)
     law, (linear, quadratic) = RopeLaw.of(game), game.drag
@@ -76,7 +76,7 @@ def test_the_arm_carries_the_weight_of_the_hanging_ball() -> None:
     light = dataclasses.replace(game, ball=dataclasses.replace(game.ball, mass_kg=0.02))
     efforts = []
     for each in (game, light):
-        world = ArmWorld(frictionless_pa10(), each)
+        world = ArmWorld(frictionless_bench_arm(), each)
         for _ in range(3000):
             world.step(world.arm.home_rad, STILL, STILL)
         efforts.append(world.effort_nm)
@@ -90,7 +90,7 @@ def test_the_arm_carries_the_weight_of_the_hanging_ball() -> None:
 def test_a_ball_that_runs_away_stops_the_simulation() -> None:
     game = kendama_game()
     stiff = dataclasses.replace(game, rope=dataclasses.replace(game.rope, stiffness_n_m=1e7))
-    world = ArmWorld(pa10(), stiff)
+    world = ArmWorld(bench_arm(), stiff)
     world.perturb(WorldErrors(ball_start_m=0.1))
     world.reset(world.arm.home_rad)
     with pytest.raises(SimulationError, match=r"the ball .* at 0\.\d+ s: .*game\.rope") as caught:
@@ -99,7 +99,7 @@ def test_a_ball_that_runs_away_stops_the_simulation() -> None:
 
 
 def test_efforts_and_positions_keep_to_their_limits_whatever_is_asked() -> None:
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     for sign in (1.0, -1.0):
         for _ in range(1500):
             world.step(world.arm.home_rad + 8.0 * sign, STILL, STILL)
@@ -113,7 +113,7 @@ def test_efforts_and_positions_keep_to_their_limits_whatever_is_asked() -> None:
 @pytest.mark.parametrize("joint", range(7))
 def test_a_joint_that_is_driven_into_its_stop_stays_there(joint: int) -> None:
     """Full torque past a drive that does not ask for it: what a wrong feedforward would do."""
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     push = np.zeros(7)
     push[joint] = 1e9
     for _ in range(3500):
@@ -126,7 +126,7 @@ def test_a_joint_that_is_driven_into_its_stop_stays_there(joint: int) -> None:
 
 
 def test_speeds_keep_to_their_limits_under_any_reference() -> None:
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     fastest = np.zeros(7)
     for _ in range(800):
         world.step(world.arm.home_rad + 1.0, STILL + 50.0, STILL)
@@ -139,7 +139,7 @@ def test_speeds_keep_to_their_limits_under_any_reference() -> None:
 
 
 def test_accelerations_keep_to_their_limits_under_a_jump_of_the_reference() -> None:
-    world = ArmWorld(frictionless_pa10(), kendama_game())
+    world = ArmWorld(frictionless_bench_arm(), kendama_game())
     speeds, jump = [world.velocity_rad_s], np.array([0.0, 0.0, 0.0, 0.0, 0.2, 0.2, 0.2])
     for _ in range(300):
         world.step(world.arm.home_rad + jump, STILL, STILL)
@@ -158,7 +158,7 @@ def test_the_arm_follows_within_what_the_ball_s_pull_costs() -> None:
     limp = dataclasses.replace(game, rope=dataclasses.replace(game.rope, stiffness_n_m=1e-6, damping_n_s_m=0.0))
     worst = {}
     for name, each in (("ball", game), ("none", limp)):
-        world = ArmWorld(frictionless_pa10(), each)
+        world = ArmWorld(frictionless_bench_arm(), each)
         world.ball.put([world.ball.tie_m[0], world.ball.tie_m[1], world.ball.tie_m[2] - 0.4], [0.0, 0.0, 0.0])
         errors = []
         for k in range(1, 1500):
@@ -172,7 +172,7 @@ def test_the_arm_follows_within_what_the_ball_s_pull_costs() -> None:
 
 
 def test_a_jump_that_the_drive_tames_is_told() -> None:
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     _sway(world, 20)
     assert not world.limited
     world.step(world.arm.home_rad + 0.2, STILL, STILL)
@@ -180,7 +180,7 @@ def test_a_jump_that_the_drive_tames_is_told() -> None:
 
 
 def test_feedforward_is_added_to_the_torque_and_clipped_with_it() -> None:
-    plain, pushed = ArmWorld(pa10(), kendama_game()), ArmWorld(pa10(), kendama_game())
+    plain, pushed = ArmWorld(bench_arm(), kendama_game()), ArmWorld(bench_arm(), kendama_game())
     extra = np.array([1.0, -2.0, 0.5, 0.0, 0.1, 0.2, -0.3])
     plain.step(plain.arm.home_rad, STILL, STILL)
     pushed.step(pushed.arm.home_rad, STILL, STILL, feedforward_nm=extra)
@@ -190,14 +190,14 @@ def test_feedforward_is_added_to_the_torque_and_clipped_with_it() -> None:
 
 
 def test_a_feedforward_that_is_not_finite_stops_the_simulation() -> None:
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     with pytest.raises(SimulationError, match=r"the torque of joint 's2' of pa10 is inf at 0\.000 s"):
         world.step(world.arm.home_rad, STILL, STILL, feedforward_nm=np.array([0, np.inf, 0, 0, 0, 0, 0.0]))
 
 
 @pytest.mark.parametrize("restitution", [0.1, 0.6])
 def test_a_ball_leaves_the_cup_s_floor_with_the_share_of_its_speed_that_restitution_says(restitution: float) -> None:
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     world.perturb(WorldErrors(restitution=restitution))
     world.reset(world.arm.home_rad)
     x, y, z = world.ball.tie_m
@@ -211,7 +211,7 @@ def test_a_ball_leaves_the_cup_s_floor_with_the_share_of_its_speed_that_restitut
 
 
 def test_a_torque_that_is_not_finite_stops_the_simulation_and_names_the_joint() -> None:
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     reference = world.arm.home_rad.copy()
     reference[3] = np.nan
     with pytest.raises(SimulationError, match=r"joint 'e1' of pa10 is nan at 0\.000 s") as caught:
@@ -220,7 +220,7 @@ def test_a_torque_that_is_not_finite_stops_the_simulation_and_names_the_joint() 
 
 
 def test_what_happened_before_a_reset_changes_nothing() -> None:
-    world, other = ArmWorld(pa10(), kendama_game()), ArmWorld(pa10(), kendama_game())
+    world, other = ArmWorld(bench_arm(), kendama_game()), ArmWorld(bench_arm(), kendama_game())
     first = _sway(world, 400)
     world.perturb(WorldErrors(rope_scale=1.01, ball_start_m=0.1, joint_friction_nm=1.0))
     world.reset(world.arm.home_rad + 0.1)
@@ -232,7 +232,7 @@ def test_what_happened_before_a_reset_changes_nothing() -> None:
 
 def test_a_ball_dropped_into_the_cup_stays_and_is_caught() -> None:
     game = kendama_game()
-    world = ArmWorld(pa10(), game)
+    world = ArmWorld(bench_arm(), game)
     x, y, z = world.ball.tie_m
     assert not world.ball.is_in_cup()
     for aside, down_m_s in ((0.0, 0.0), (0.02, 4.0), (-0.024, 2.0)):
@@ -244,7 +244,7 @@ def test_a_ball_dropped_into_the_cup_stays_and_is_caught() -> None:
 
 
 def test_a_ball_dropped_beside_the_cup_is_not_caught() -> None:
-    world = ArmWorld(pa10(), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
     x, y, z = world.ball.tie_m
     world.ball.put([x + 0.075, y, z + 0.12], [0.0, 0.0, 0.0])
     for _ in range(1500):
@@ -256,7 +256,7 @@ def test_a_ball_dropped_beside_the_cup_is_not_caught() -> None:
 def test_friction_that_the_controller_does_not_know_costs_accuracy() -> None:
     worst = []
     for friction in (0.0, 5.0):
-        world = ArmWorld(pa10(), kendama_game())
+        world = ArmWorld(bench_arm(), kendama_game())
         world.perturb(WorldErrors(joint_friction_nm=friction))
         world.reset(world.arm.home_rad)
         _sway(world, 500)

@@ -8,7 +8,7 @@ import pytest
 
 from kendama_cli.settings.game import LinearAir
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from tests.simulation.dart.bench_robot import frictionless_pa10, kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, frictionless_bench_arm, kendama_game
 
 STILL = np.zeros(7)
 
@@ -27,7 +27,7 @@ def hold(world: ArmWorld, steps: int) -> None:
 
 def test_at_rest_the_wrist_feels_the_weight_of_cup_and_ball() -> None:
     game = kendama_game()
-    world = ArmWorld(pa10(), game)
+    world = ArmWorld(bench_arm(), game)
     for steps in (0, 1, 1000):
         hold(world, steps)
         force, torque = in_world(world)
@@ -39,7 +39,7 @@ def test_at_rest_the_wrist_feels_the_weight_of_cup_and_ball() -> None:
 
 def test_a_ball_that_lies_in_the_cup_weighs_as_much_as_one_that_hangs() -> None:
     game = kendama_game()
-    world = ArmWorld(pa10(), game)
+    world = ArmWorld(bench_arm(), game)
     x, y, z = world.ball.tie_m
     world.ball.put([x, y, z + 0.03], [0.0, 0.0, 0.0])
     hold(world, 1500)
@@ -50,7 +50,7 @@ def test_a_ball_that_lies_in_the_cup_weighs_as_much_as_one_that_hangs() -> None:
 
 def test_a_free_ball_weighs_nothing_at_the_wrist() -> None:
     game = kendama_game()
-    world = ArmWorld(pa10(), game)
+    world = ArmWorld(bench_arm(), game)
     x, y, z = world.ball.tie_m
     world.ball.put([x + 0.1, y, z], [0.0, 0.0, 0.0])
     hold(world, 50)
@@ -63,7 +63,7 @@ def test_a_swinging_ball_pulls_with_its_centripetal_force() -> None:
     """Let go at the horizontal, a ball passes the bottom with m v^2 / l = 2 m g, so that the rope bears 3 m g."""
     game = kendama_game()
     bare = dataclasses.replace(game, air=LinearAir("linear", 0.0))
-    world = ArmWorld(pa10(), bare)
+    world = ArmWorld(bench_arm(), bare)
     x, y, z = world.ball.tie_m
     length = bare.rope.length_m
     world.ball.put([x + length, y, z], [0.0, 0.0, 0.0])
@@ -82,7 +82,7 @@ def test_a_swinging_ball_pulls_with_its_centripetal_force() -> None:
 
 def test_an_accelerated_cup_is_felt_as_mass_times_acceleration() -> None:
     game = dataclasses.replace(kendama_game(), gravity_m_s2=1e-9)
-    world = ArmWorld(frictionless_pa10(), game)
+    world = ArmWorld(frictionless_bench_arm(), game)
     world.ball.put(
         [world.ball.tie_m[0], world.ball.tie_m[1], world.ball.tie_m[2] - 0.2], [0.0, 0.0, 0.0]
     )  # a slack rope
@@ -103,7 +103,7 @@ def test_an_accelerated_cup_is_felt_as_mass_times_acceleration() -> None:
 
 
 def test_reading_the_wrist_changes_nothing() -> None:
-    read, unread = ArmWorld(pa10(), kendama_game()), ArmWorld(pa10(), kendama_game())
+    read, unread = ArmWorld(bench_arm(), kendama_game()), ArmWorld(bench_arm(), kendama_game())
     for k in range(1, 400):
         t = k * STEP_S
         for world in (read, unread):

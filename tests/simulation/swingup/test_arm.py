@@ -18,19 +18,19 @@ from kendama_cli.simulation.swingup.arm import ArmSwing
 from kendama_cli.simulation.swingup.engine import SwingEngine, limiter
 from kendama_cli.simulation.swingup.rail import CompiledRail
 from tests.learning.settings_files import game_settings, learn_settings
-from tests.simulation.dart.bench_robot import pa10
+from tests.simulation.dart.bench_robot import bench_arm
 
 GAME = game_settings()
 START = SwingState(0.003, 0.0, 0.04, 0.0)
 
 
 def dart_settings() -> LearnSettings:
-    return dataclasses.replace(learn_settings(), engine=DartEngine("dart", pa10()))
+    return dataclasses.replace(learn_settings(), engine=DartEngine("dart", bench_arm()))
 
 
 @pytest.fixture(scope="module")
 def arm() -> ArmSwing:
-    return ArmSwing(pa10(), dart_settings(), GAME)
+    return ArmSwing(bench_arm(), dart_settings(), GAME)
 
 
 def swung(swing: SwingEngine, actions: Sequence[float], state: SwingState = START) -> Array:
@@ -68,7 +68,7 @@ def test_a_rollout_does_not_depend_on_those_before_it(arm: ArmSwing) -> None:
     actions = [8.0, -8.0, -8.0, 8.0, 4.0, 8.0, -8.0, -4.0, 0.0, 8.0]
     swung(arm, [-8.0, 8.0] * 8, SwingState(-0.01, 0.0, 2.8, 0.0))
     once = swung(arm, actions)
-    assert (once == swung(ArmSwing(pa10(), dart_settings(), GAME), actions)).all()
+    assert (once == swung(ArmSwing(bench_arm(), dart_settings(), GAME), actions)).all()
     assert (once == swung(arm, actions)).all()
 
 
@@ -98,4 +98,4 @@ def test_a_ball_that_hangs_is_not_in_the_cup_and_another_rope_hangs_lower(arm: A
 def test_a_time_step_that_is_none_of_the_world_s_is_refused() -> None:
     settings = dataclasses.replace(dart_settings(), step_s=0.0015)
     with pytest.raises(ConfigError, match=r"'learn\.step_s' is 0\.0015; allowed .*: multiples of 0\.001"):
-        ArmSwing(pa10(), settings, GAME)
+        ArmSwing(bench_arm(), settings, GAME)

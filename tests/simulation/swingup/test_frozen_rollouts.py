@@ -21,14 +21,14 @@ from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.frozen_rollouts import FrozenRollouts
 from kendama_cli.system.processes import PROCESSES
 from tests.learning.settings_files import learn_settings
-from tests.simulation.swingup.test_arm import GAME, pa10
+from tests.simulation.swingup.test_arm import GAME, bench_arm
 
 SEED = 10000
 SHORT = {"rollout_s": 0.3, "count__learned_streak": 2}
 
 
 def in_dart() -> LearnSettings:
-    return dataclasses.replace(learn_settings("hard", **SHORT), engine=DartEngine("dart", pa10()))
+    return dataclasses.replace(learn_settings("hard", **SHORT), engine=DartEngine("dart", bench_arm()))
 
 
 @pytest.fixture(scope="module")

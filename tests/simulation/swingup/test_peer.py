@@ -11,7 +11,7 @@ from kendama_cli.robot_model.model import RobotModel
 from tests.benchmarks.arm import mujoco_model
 from tests.robot_model.inertia import inertia_of
 from tests.robot_model.test_model import ready
-from tests.simulation.dart.bench_robot import kendama_game, pa10
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco (the extra 'benchmarks') is not installed")
 
@@ -20,7 +20,7 @@ mujoco = pytest.importorskip("mujoco", reason="mujoco (the extra 'benchmarks') i
 def test_inertia_and_bias_agree_with_mujoco(name: str) -> None:
     """H and C q' + g of equations.md eq. 2 for the bare links; MuJoCo drops the frames' masses of 1e-6 kg."""
     game = kendama_game()
-    settings = pa10() if name == "pa10" else ready(name)
+    settings = bench_arm() if name == "pa10" else ready(name)
     arm = RobotModel(dataclasses.replace(settings, rotor_inertia_kg_m2=None), game.cup, game.gravity_m_s2)
     model = mujoco_model(arm, game)
     data = mujoco.MjData(model)
