@@ -48,7 +48,7 @@ def test_rope_and_drag_are_found_from_thirty_seconds_at_sixty_degrees() -> None:
 
 
 def test_a_swing_that_is_too_small_or_too_short_is_refused() -> None:
-    with pytest.raises(StageError, match=r"too small .*: it begins with (29|30|31) deg; allowed: from 60"):
+    with pytest.raises(StageError, match=r"too small .*: it starts at (29|30|31) deg; allowed: from 60"):
         measure_kendama(swung(30.0, 35.0, 0), GAME)
     with pytest.raises(StageError, match=r"too short to measure the drag: 20\.\d s; allowed: from 30 s"):
         measure_kendama(swung(70.0, 20.1, 0), GAME)
