@@ -30,7 +30,7 @@ VERBS = re.compile(
     r"(?:Add|Aim|Answer|Bring|Build|Calibrate|Capture|Catch|Change|Check|Choose|Combine|Compare|"
     r"Connect|Control|Cross-check|Describe|Detect|Export|Extend|Find|Fit|Fix|Follow|Give|Hold|"
     r"Import|Install|Keep|Learn|Let|Locate|Log|Look|Make|Measure|Move|Observe|Place|Play|"
-    r"Plug|Predict|Prepare|Push|Read|Record|Rehearse|Repair|Replay|Run|Search|See|Set|Share|"
+    r"Plug|Predict|Prepare|Protect|Push|Read|Record|Rehearse|Repair|Replay|Run|Search|See|Set|Share|"
     r"Show|Simulate|Solve|Start|Store|Take|Teach|Test|Track|Train|Try|Tune|Understand|Use|"
     r"Verify|Watch|Write)\b"
 )

@@ -23,6 +23,14 @@ from tests.docs import output
 
 ROOT = Path(__file__).resolve().parents[2]
 # these pages show parts of examples/bench and examples/springs, which are not installed here; tests/plugin runs them
+FILES = {
+    "setup.yaml": "{}\n",
+    "conf/capture/mine.yaml": "kind: file\npath: swing.csv\n",
+    "conf/hardware/mine.yaml": "kind: twin\n",
+    "conf/robot/mine.yaml": "defaults: [urdf]\npath: my_arm.urdf\n",
+    "conf/safety/lab.yaml": "defaults: [default]\n",
+}
+"""Files that the pages let a laboratory write."""
 OF_A_PACKAGE = re.compile(r"add-a-|write-a-package|interact-controller")
 PAGES = [
     ROOT / "README.md",
@@ -84,9 +92,11 @@ def _compose(overrides: tuple[str, ...]) -> None:
 
 @pytest.fixture(scope="module")
 def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a setup of its own; one for all: most lines ask for compositions that others asked for before."""
+    """A folder with files of its own; one for all: most lines ask for compositions that others asked for before."""
     folder = tmp_path_factory.mktemp("laboratory")
-    (folder / "setup.yaml").write_text("{}\n")
+    for name, text in FILES.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
     return folder
 
 
