@@ -1,4 +1,4 @@
-"""Sphinx extension: what the pages list of stages, settings, topics and metrics is read from their declarations.
+"""Sphinx extension: lists of stages, settings, topics and metrics on pages, read from their declarations.
 
 Where a page says ``<!-- declared: NAME -->`` alone on a line, Markdown of the function NAME takes its place; a word
 behind the name is its argument. A link to
@@ -8,6 +8,7 @@ a CSV file alone on a line becomes its table, above the link.
 from __future__ import annotations
 
 import csv
+import dataclasses
 import inspect
 import re
 import tempfile
@@ -27,6 +28,7 @@ from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.catalogue import load_pipeline, pipeline_names
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.schema.declaration import StageDeclaration, find_stage, stage_names
+from kendama_cli.schema.messages import codec
 from kendama_cli.schema.setting_facts import allowed_values, has_kind, listed_items, sentence, setting_fields
 from kendama_cli.schema.settings import variants
 
@@ -39,7 +41,7 @@ _DATA = re.compile(r"^\[[^\]]+\]\(([\w/]+\.csv)\)$", re.M)
 
 
 def setup(app: Any) -> dict[str, Any]:
-    """Called by Sphinx."""
+    """Connect the filling of pages; Sphinx calls this."""
     app.connect("source-read", _fill)
     return {"parallel_read_safe": True}
 
@@ -64,14 +66,14 @@ def data_table(path: Path) -> str:
 
 
 def stages() -> str:
-    """A section for each stage: what it does, its headline metrics, its topics and its settings."""
+    """Return a section for each stage: its purpose, headline metrics, topics and settings."""
     settings = _Settings()
     declarations = [one for name in stage_names() if (one := find_stage(name)) is not None]
     return "\n".join(line for one in declarations for line in _stage(one, settings))
 
 
 def nodes() -> str:
-    """A section for each node of the configuration that several stages read."""
+    """Return a section for each node of the configuration that several stages read."""
     settings = _Settings()
     schemas, error = node_schemas()
     if error is not None:
@@ -84,7 +86,7 @@ def nodes() -> str:
 
 
 def overview() -> str:
-    """A table of the stages of the default pipeline, then of all others: what each does and returns."""
+    """Return a table of the stages of the default pipeline, then of all others, with their purpose and result."""
     first = [spec.name for spec in load_pipeline("kendama", _pipeline_folders()).stages]
     names = [*first, *(name for name in stage_names() if name not in first)]
     found = [one for name in names if (one := find_stage(name)) is not None]
@@ -93,7 +95,7 @@ def overview() -> str:
 
 
 def pipelines() -> str:
-    """A table of the bundled pipelines: the first sentence of each file, and its stages."""
+    """Return a table of the bundled pipelines: the first sentence of each file, and its stages."""
     folders, rows = _pipeline_folders(), []
     for name in pipeline_names(folders):
         lead = (folders[0] / f"{name}.yaml").read_text().splitlines()[0].removeprefix("# ")
@@ -102,8 +104,19 @@ def pipelines() -> str:
     return "\n".join(_table(("pipeline", "content", "stages"), rows))
 
 
+def topics() -> str:
+    """Return a table of all topics: the schema of their messages, and what they hold."""
+    rows = [
+        (f"`{topic}`", codec(kind).schema, stage.topic_words.get(topic, ""))
+        for name in stage_names()
+        if (stage := find_stage(name)) is not None
+        for topic, kind in stage.topics.items()
+    ]
+    return "\n".join(_table(("topic", "schema", "meaning"), rows))
+
+
 def errors() -> str:
-    """A table of the exit codes, and one of the error classes with what each means."""
+    """Return a table of the exit codes, and one of the error classes with their meaning."""
     codes = [("0", "done"), ("1", "a stage or a file failed"), ("2", "the request was wrong"), ("130", "interrupted")]
     kinds = [one for one in vars(kendama_errors).values() if isinstance(one, type) and issubclass(one, KendamaError)]
     rows = [(f"`{one.__name__}`", one.__base__.__name__, str(one.exit_code), _plain(one.__doc__)) for one in kinds]
@@ -112,7 +125,7 @@ def errors() -> str:
 
 
 def python() -> str:
-    """The functions of the Python interface, then its classes, by their docstrings."""
+    """Return the functions of the Python interface, then its classes, by their docstrings."""
     objects = {name: getattr(api, name) for name in api.__all__}
     functions = [name for name, one in objects.items() if inspect.isfunction(one)]
     lines = ["## Functions", "", *_documented("autofunction", functions)]
@@ -143,6 +156,10 @@ def _pipeline_folders() -> list[Path]:
     return [bundled_root() / "pipelines"]
 
 
+def _codes(names: list[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
+
+
 def _returned(stage: StageDeclaration) -> str:
     return stage.returns.partition(":")[2]
 
@@ -150,8 +167,9 @@ def _returned(stage: StageDeclaration) -> str:
 def _stage(stage: StageDeclaration, settings: _Settings) -> Iterator[str]:
     yield from (f"## Stage {stage.name}", "", stage.lead, "", f"Returns `{_returned(stage)}`.", "")
     yield from _table(("metric", "meaning"), [(f"`{name}`", words) for name, words in stage.metrics.items()])
-    topics = [(f"`{name}`", f"`{kind.__name__}`", stage.topic_words[name]) for name, kind in stage.topics.items()]
-    yield from _table(("topic", "message", "meaning"), topics)
+    fields = {topic: [one.name for one in dataclasses.fields(kind)] for topic, kind in stage.topics.items()}
+    rows = [(f"`{topic}`", stage.topic_words.get(topic, ""), _codes(names)) for topic, names in fields.items()]
+    yield from _table(("topic", "meaning", "fields"), rows)
     yield from _table(("figure", "meaning"), [(f"`{name}`", words) for name, words in stage.figures.items()])
     for name, schema in stage.settings.items():
         yield from settings.tables(name, schema)
@@ -167,7 +185,7 @@ class _Settings:
         self._chosen: dict[str, Mapping[str, Any]] = {}
 
     def tables(self, name: str, schema: Any) -> Iterator[str]:
-        """The table of node ``name``, and one for each variant that can stand below it."""
+        """Yield the table of node ``name``, and one for each variant that can stand below it."""
         waiting: list[tuple[str, Any, str | None]] = [(name, schema, None)]
         while waiting:
             key, annotation, choice = waiting.pop(0)
@@ -200,7 +218,7 @@ class _Settings:
         return shown, sentence(entry), allowed_values(entry.metadata, hint)
 
     def _composition(self, key: str, choice: str | None) -> Mapping[str, Any]:
-        """The configuration in which ``key`` has the kind ``choice``; the default one where no file in conf has it."""
+        """Return the configuration in which ``key`` has the kind ``choice``, or the default one."""
         here = _at(self._defaults, key)
         if choice is None or (isinstance(here, Mapping) and here.get("kind") == choice):
             return self._defaults
@@ -238,5 +256,5 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Iterator[str]:
         yield ""
 
 
-_NAMED = (stages, nodes, overview, pipelines, errors, python)
+_NAMED = (stages, nodes, overview, pipelines, topics, errors, python)
 PARTS: dict[str, Callable[..., str]] = {**{one.__name__: one for one in _NAMED}, "help": help_of}

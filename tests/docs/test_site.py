@@ -33,13 +33,15 @@ def declared() -> Any:
 
 
 def test_the_reference_lists_every_stage_metric_topic_and_setting(declared: Any) -> None:
-    text = declared.stages()
+    text, topics = declared.stages(), declared.topics()
     for name in stage_names():
         stage = find_stage(name)
         assert stage is not None
         assert f"## Stage {name}\n" in text
-        for one in (*stage.topics, *(headline.metric for headline in stage.headline)):
+        for one in (*stage.topics, *stage.metrics, *stage.figures):
             assert f"| `{one}` |" in text, one
+        assert {headline.metric for headline in stage.headline} <= set(stage.metrics)
+        assert all(re.search(rf"^\| `{re.escape(topic)}` \| [\w.]+ \| \w", topics, re.M) for topic in stage.topics)
     # one value of a nested group, one of a variant that is not the default, one of a list's items
     assert "| `learn.goal.slack_s` | `0.01` |" in text
     assert "| `capture.marker_to_cup_m` |" in text
