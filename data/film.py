@@ -17,6 +17,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+from kendama_cli.rendering.film import FilmMaker
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -24,7 +25,6 @@ from kendama_cli.config.site import find_site
 from kendama_cli.log.reader import logged_settings
 from kendama_cli.pipeline.report import logs_of
 from kendama_cli.pipeline.run_selection import select_runs
-from kendama_cli.rendering.film import FilmMaker
 from kendama_cli.report.chapters import declaration_of, performances
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.report.source import StageLog

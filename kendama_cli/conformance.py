@@ -22,8 +22,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError, InputError, KendamaError, MissingPartError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.schema.parts import comes_with
-from kendama_cli.schema.registry import declared
+from kendama_cli.schema.registry import comes_with, declared
 
 SUITES = "kendama.suites"
 _FOUND = pytest.StashKey[dict[str, Any]]()

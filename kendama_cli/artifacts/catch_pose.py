@@ -1,4 +1,4 @@
-"""Time and place at which to hold the cup."""
+"""Predicted position and time of the catch."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from kendama_cli.schema.arrays import Array, array
 
 @dataclass(frozen=True)
 class CatchPose:
-    """The predicted crossing of the rim plane by the ball's centre, on its way down, and how to hold the cup for it.
+    """The predicted crossing of the rim plane by the falling ball's centre, and the cup's rotation for it.
 
     ``position_m`` and ``velocity_m_s`` (3,) are the ball's at ``t_s`` in the world frame; ``covariance_m2`` (3, 3)
-    and ``time_sigma_s`` say how well the crossing is known; ``rotation_wxyz`` (4,) turns the upright cup so that it
+    and ``time_sigma_s`` say how well the crossing is known; ``rotation_wxyz`` (4,) rotates the upright cup so that it
     opens against the ball's velocity relative to the cup.
     """
 

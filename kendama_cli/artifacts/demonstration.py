@@ -1,4 +1,4 @@
-"""Demonstrations: what a person's hand did."""
+"""Demonstrations: recorded swings of a person."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ class Demonstration:
     """One recorded swing of the cup.
 
     ``t_s`` (n,) rises strictly; ``position_m`` (n, 3) is the cup in a frame whose z points up and whose x lies in the
-    swing plane. ``rotation_wxyz`` (n, 4) are unit quaternions that turn the upright cup; None where only places were
-    recorded.
+    swing plane. ``rotation_wxyz`` (n, 4) are unit quaternions that rotate the upright cup; None where only positions
+    were recorded.
     """
 
     name: str

@@ -70,7 +70,7 @@ class FrictionModel:
 
     ``chosen`` is "parametric" or "network": the one with the smaller error on a motion that neither was fitted to,
     whose errors ``parametric_rms_nm`` and ``network_rms_nm`` (n,) are. ``max_speed_rad_s`` (n,) is the highest speed
-    seen: beyond it the network is not asked.
+    seen: beyond it the network is not used.
     """
 
     joint_names: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Ball and rope as a free swing has shown them, and the game that has them."""
+"""Ball and rope as identified from a free swing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kendama_cli.settings.game import GameSettings, MeasuredAir
 class KendamaModel:
     """Length of the rope and drag -(k1 + k2 |v|) v of ball and string, with their standard deviations.
 
-    ``drag_covariance`` (2, 2) is that of k1 and k2, which a swing tells apart badly: their sum at the swing's speeds is
+    ``drag_covariance`` (2, 2) is that of k1 and k2, which a swing separates badly: their sum at the swing's speeds is
     known much better than either. ``amplitude_rad`` and ``duration_s`` are the swing's, ``rms_m`` what the fit leaves.
     """
 

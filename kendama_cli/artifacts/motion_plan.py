@@ -82,7 +82,7 @@ class MotionPlan:
             if not 0 < getattr(self, name) < math.inf:
                 raise ValueError(f"{name} must be positive and finite, not {getattr(self, name)!r}")
         if self.turn is not None and self.turn.weights.shape[1] != m:
-            raise ValueError(f"the turn has weights of {self.turn.weights.shape[1]} functions, the motion has {m}")
+            raise ValueError(f"the rotation has weights of {self.turn.weights.shape[1]} functions, the motion has {m}")
         if not (self.widths > 0).all():
             raise ValueError(f"widths must be positive; the smallest is {self.widths.min():g}")
 
@@ -122,7 +122,7 @@ class JointTrajectory:
 
 @dataclass(frozen=True)
 class CatchMotion:
-    """The adapted primitive and the arm's motion for it: what the hardware is handed.
+    """The adapted primitive and the arm's motion for it: the input of the hardware.
 
     ``placement`` is where the arm stands and how it holds the cup for it. ``success_rate`` is that of the perturbed
     repeats in simulation, None where nothing was repeated; ``caught`` is the nominal outcome. ``flight_start_s`` is

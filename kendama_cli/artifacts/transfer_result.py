@@ -1,4 +1,4 @@
-"""Transfers: what the hardware made of the policy and the primitive."""
+"""Transfers: results of policy and primitive on the hardware."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from kendama_cli.artifacts.policy import PolicyArtifact
 
 @dataclass(frozen=True)
 class TransferResult:
-    """The policy after learning on the hardware, or as handed over where that made it worse; what was counted there."""
+    """The policy after learning on the hardware, or as it came where that made it worse; counts of the games there."""
 
     policy: PolicyArtifact
     rollouts: int
     imitation_caught: bool | None
-    """None where no imitation motion was handed over."""
+    """None without an imitation motion."""
     games: int
     caught: int

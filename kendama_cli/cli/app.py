@@ -200,9 +200,9 @@ def report(
 
     records = select_runs(find_site(home).home, runs or [])
     if video is not None:
-        from kendama_cli.pipeline.film import film_run  # the ray caster
+        from kendama_cli.pipeline.video import video_of_run  # the ray caster
 
-        render.text(f"{video}: {film_run(records, video)} images")
+        render.text(f"{video}: {video_of_run(records, video)} images")
         return
     if export is None:
         from kendama_cli.pipeline.report import write_report  # pandas

@@ -69,7 +69,7 @@ def stages(incomplete: str) -> list[str]:
 @_quietly
 def runs(incomplete: str) -> list[str]:
     """Return the ids of past runs, newest first."""
-    from kendama_cli.store.runs import run_names
+    from kendama_cli.store.home import run_names
 
     return run_names(find_site().home)[::-1]
 
@@ -78,7 +78,7 @@ def runs(incomplete: str) -> list[str]:
 def selections(incomplete: str) -> list[str]:
     """Return the ids of past runs, newest first, and ``last``; after ``sweep:`` the names of sweeps."""
     from kendama_cli.pipeline.run_selection import LAST, SWEEP, sweep_names
-    from kendama_cli.store.runs import run_names
+    from kendama_cli.store.home import run_names
 
     home = find_site().home
     if incomplete.startswith(SWEEP):
@@ -107,7 +107,7 @@ def executors(incomplete: str) -> list[str]:
 def artifacts(incomplete: str) -> list[str]:
     """Return STAGE of the newest run, then RUN/STAGE of the newest runs that begin so."""
     from kendama_cli.pipeline.record import read_run
-    from kendama_cli.store.runs import run_names
+    from kendama_cli.store.home import run_names
 
     home, run = find_site().home, incomplete.partition("/")[0]
     names = run_names(home)[::-1]

@@ -14,8 +14,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from kendama_cli.errors import KendamaError, UsageError
-from kendama_cli.schema.parts import comes_with
-from kendama_cli.schema.registry import declared, resolve
+from kendama_cli.schema.registry import comes_with, declared, resolve
 
 COMMANDS = "kendama.commands"
 

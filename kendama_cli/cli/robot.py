@@ -23,7 +23,7 @@ KEY_FILE = "~/.config/kendama/robot.key"
 @robot_app.command("key")
 def robot_key(file: Annotated[str, typer.Argument(metavar="[FILE]", help="File to write it to.")] = KEY_FILE) -> None:
     """Make the key that a robot and its commander share; give the robot's controller a copy of the file."""
-    from kendama_cli.devices.robot.udp.key_file import make_key  # dartpy
+    from kendama_cli.devices.robot.udp.seal import make_key  # dartpy
 
     render.text(str(make_key(file)))
 
@@ -78,7 +78,7 @@ def robot_twin(
 ) -> None:
     """Run the simulated robot as a process of its own, behind UDP, until it is stopped."""
     from kendama_cli.config.compose import composed
-    from kendama_cli.devices.robot.udp.key_file import read_key  # dartpy
+    from kendama_cli.devices.robot.udp.seal import read_key  # dartpy
     from kendama_cli.devices.robot.udp.twin import serve_twin
     from kendama_cli.pipeline.inputs import resolve_files
     from kendama_cli.pipeline.nodes import build_settings

@@ -171,7 +171,7 @@ def _list(
     from kendama_cli.pipeline.record import each_run, read_run, unreadable_notice
     from kendama_cli.pipeline.run_facts import RECORDED, FactReader, condition, in_order, unknown_fact
     from kendama_cli.pipeline.run_selection import select_runs
-    from kendama_cli.store.runs import record_path
+    from kendama_cli.store.home import record_path
     from kendama_cli.store.store import Store
 
     tests = [condition(text) for text in conditions]

@@ -13,10 +13,9 @@ from kendama_cli.cli.sweep_view import SweepView, show_sweep
 from kendama_cli.config.site import Site
 from kendama_cli.config.sweep import composed_each, expand_sweep
 from kendama_cli.pipeline.catalogue import Pipeline, load_pipeline
-from kendama_cli.pipeline.nodes import NodeSettings, build_settings
+from kendama_cli.pipeline.nodes import NodeSettings, Remembered, build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed
 from kendama_cli.pipeline.record import RunRecord
-from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.pipeline.run_selection import named_sweep
 from kendama_cli.pipeline.sweep import SweepJob, distinct, run_sweep
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store, with_executor

@@ -1,6 +1,6 @@
 """Configuration from ``conf/`` and overrides, remembered so that a run with little to do never loads Hydra.
 
-What was composed is kept under the overrides, with the state of every file on the search path and the value of every
+The result is stored under the overrides, with the state of every file on the search path and the value of every
 environment variable that an interpolation read; where any of these differs, it is composed again. Validation by the
 settings' schema follows in any case. ``setup=FILE`` is not Hydra's: see ``laboratory``.
 """

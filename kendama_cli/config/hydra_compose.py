@@ -106,8 +106,8 @@ def parse_overrides(overrides: Sequence[str]) -> list[Any]:
 def compose_with_hydra(site: Site, overrides: list[str]) -> tuple[dict[str, Any], Environment]:
     """Return the configuration for ``overrides`` and the variables its interpolations read; raises ConfigError.
 
-    What the chosen files give is kept for the next composition in this process while they are unchanged, as most of
-    the time goes into reading and merging them; other values are then set in it as Hydra sets them.
+    The result of the chosen files is cached for the next composition in this process while they are unchanged, as most
+    of the time goes into reading and merging them; other values are then set in it as Hydra sets them.
     """
     names = groups(site)
     overrides = as_meant(site, overrides)
@@ -278,7 +278,7 @@ def recorded() -> Iterator[Environment]:
     """Record every environment variable that an interpolation reads meanwhile, with its value.
 
     OmegaConf's own resolvers alone are there meanwhile: a clock (Hydra's ``now``) or a resolver that another library
-    registered would give values that nothing could tell apart later.
+    registered would return values that no stamp could identify later.
     """
     read: Environment = {}
 

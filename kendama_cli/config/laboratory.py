@@ -1,4 +1,4 @@
-"""``setup=FILE``: what was measured of a laboratory takes the place of the configuration's values that it is of.
+"""``setup=FILE``: measured values of a laboratory replace those of the configuration.
 
 So it enters the key of every stage that reads such a value, and of no other.
 """
@@ -89,8 +89,8 @@ def applied(config: Mapping[str, Any], setup: LaboratorySetup, overrides: Sequen
 def measured_values(setup: LaboratorySetup, config: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of ``setup`` by the dotted key of the configuration that each is for.
 
-    A +- in the configuration, from which worlds are drawn that a motion must stand, is the measurement's interval of
-    95 %. Measured places of cameras are those of real ones: rendered ones stand where their rig has them.
+    A +- in the configuration, from which perturbed simulations are sampled, is the measurement's interval of
+    95 %. Measured positions are those of real cameras; rendered ones are where their rig has them.
     """
     values: dict[str, Any] = {}
     if setup.rope_m is not None:

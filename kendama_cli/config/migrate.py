@@ -1,4 +1,4 @@
-"""Files of settings by the names of today: what an older version read is rewritten in its place."""
+"""Files of settings by the names of today: those of an older version are rewritten in place."""
 
 from __future__ import annotations
 

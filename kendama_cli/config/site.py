@@ -88,19 +88,19 @@ def group_options(site: Site, group: str) -> list[str]:
 def groups(site: Site) -> list[str]:
     """Return the configuration groups on the search path, nested ones by their path (``learn/task``)."""
     found = ((folder, file.parent) for folder in site.conf_folders for file in _files(folder))
-    return sorted({place.relative_to(folder).as_posix() for folder, place in found if place != folder})
+    return sorted({location.relative_to(folder).as_posix() for folder, location in found if location != folder})
 
 
 def _files(folder: Path) -> Iterator[Path]:
-    for place, folders, names in os.walk(folder, followlinks=True):
-        folders[:] = sorted(name for name in folders if not _holds(os.path.join(place, name), place))
-        yield from (Path(place) / name for name in sorted(names) if name.endswith(".yaml"))
+    for location, folders, names in os.walk(folder, followlinks=True):
+        folders[:] = sorted(name for name in folders if not _holds(os.path.join(location, name), location))
+        yield from (Path(location) / name for name in sorted(names) if name.endswith(".yaml"))
 
 
-def _holds(inner: str, place: str) -> bool:
-    """Return True if ``inner``, a folder in ``place``, links to a folder that contains it: following it would never
+def _holds(inner: str, location: str) -> bool:
+    """Return True if ``inner``, a folder in ``location``, links to a folder that contains it: following it would never
     end.
     """
     if not os.path.islink(inner):
         return False
-    return os.path.realpath(inner) in {os.path.realpath(one) for one in (Path(place), *Path(place).parents)}
+    return os.path.realpath(inner) in {os.path.realpath(one) for one in (Path(location), *Path(location).parents)}

@@ -65,9 +65,9 @@ def expand_sweep(site: Site, overrides: Sequence[str]) -> list[list[str]]:
             choices.append([text])
             continue
         options = group_options(site, override.key_or_group)
-        wanted = override.value()
-        by_glob = isinstance(wanted, Glob)
-        names = wanted.filter(options) if isinstance(wanted, Glob) else override.sweep_string_iterator()
+        chosen = override.value()
+        by_glob = isinstance(chosen, Glob)
+        names = chosen.filter(options) if isinstance(chosen, Glob) else override.sweep_string_iterator()
         values = [f"{text.partition('=')[0]}={value}" for value in names]
         key = override.key_or_group
         if not values and not options and by_glob:
@@ -84,7 +84,7 @@ def expand_sweep(site: Site, overrides: Sequence[str]) -> list[list[str]]:
 def _with_number(node: Any, path: Sequence[str], value: float) -> dict[str, Any] | None:
     """Return ``node`` with another number at ``path``, and all else the same objects.
 
-    None where there is anything else than a number, so that composing tells what is wrong.
+    None where there is anything else than a number, so that composing reports what is wrong.
     """
     inner = node.get(path[0]) if isinstance(node, dict) else None
     if len(path) > 1:

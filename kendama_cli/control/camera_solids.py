@@ -17,7 +17,7 @@ from kendama_cli.settings.camera import CameraSettings
 from kendama_cli.vision.cameras.camera_model import CameraModel
 
 SEEN_M = 0.3
-"""So far from the camera its field of view is drawn."""
+"""Distance from the camera at which its field of view is drawn."""
 _BODY_M, _LENS_M, _WIRE_M = (0.055, 0.045, 0.09), (0.04, 0.04, 0.04), 0.004
 
 
@@ -27,22 +27,22 @@ def camera_solids(cameras: CameraSettings, origin_m: Array) -> list[Solid]:
 
 
 def _camera(model: CameraModel, origin_m: Array) -> list[Solid]:
-    place = np.asarray(model.position_in_world_m) + origin_m
-    turn = model.world_to_camera.T
-    ahead, wxyz = turn[:, 2], quaternion_of(turn)
+    position = np.asarray(model.position_in_world_m) + origin_m
+    rotation = model.world_to_camera.T
+    ahead, wxyz = rotation[:, 2], quaternion_of(rotation)
     right, low = model.width_px - 0.5, model.height_px - 0.5
     corners = model.rays([(-0.5, -0.5), (right, -0.5), (right, low), (-0.5, low)])
-    far = [place + SEEN_M * corner for corner in corners]
-    wires = [*((place, end) for end in far), *pairwise([*far, far[0]])]
+    far = [position + SEEN_M * corner for corner in corners]
+    wires = [*((position, end) for end in far), *pairwise([*far, far[0]])]
     return [
-        Solid(WORLD, "camera", "box", JOINT_RGB, _BODY_M, place - 0.065 * ahead, wxyz),
-        Solid(WORLD, "camera", "cylinder", JOINT_RGB, _LENS_M, place - 0.01 * ahead, wxyz),
+        Solid(WORLD, "camera", "box", JOINT_RGB, _BODY_M, position - 0.065 * ahead, wxyz),
+        Solid(WORLD, "camera", "cylinder", JOINT_RGB, _LENS_M, position - 0.01 * ahead, wxyz),
         *(_wire(start, end) for start, end in wires),
     ]
 
 
 def _wire(start_m: Array, end_m: Array) -> Solid:
-    way = end_m - start_m
-    size = (_WIRE_M, _WIRE_M, float(np.linalg.norm(way)))
-    turn = quaternion_of(cup_frame(tuple(way.tolist())))
-    return Solid(WORLD, "view", "cylinder", STAND_RGB, size, (start_m + end_m) / 2, turn)
+    along = end_m - start_m
+    size = (_WIRE_M, _WIRE_M, float(np.linalg.norm(along)))
+    rotation = quaternion_of(cup_frame(tuple(along.tolist())))
+    return Solid(WORLD, "view", "cylinder", STAND_RGB, size, (start_m + end_m) / 2, rotation)

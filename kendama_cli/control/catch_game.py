@@ -1,4 +1,4 @@
-"""Game after its swing-up: the flight is observed, the cup brought to where the ball comes down, the end told."""
+"""Game after its swing-up: the flight is observed, the cup brought to the descending ball, the outcome determined."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.control.catch_controller import CatchController
-from kendama_cli.control.catch_geometry import CatchGeometry
+from kendama_cli.control.catch_controller import CatchController, CatchGeometry
 from kendama_cli.control.cup_cart import CartStep, CupCart
 from kendama_cli.control.flight_observer import CatchPrediction, FlightObserver, ObservationLog
 from kendama_cli.control.settings import CatchSettings
@@ -98,7 +97,7 @@ FEWEST_SAMPLES = 20
 
 @dataclass(frozen=True)
 class Crossing:
-    """Time and place (3,) at which the ball really fell through the rim plane."""
+    """Time and position (3,) at which the ball really fell through the rim plane."""
 
     t_s: float
     position_m: Array

@@ -18,7 +18,7 @@ ONSET_S = 0.05
 """Free flight is detected so late in 95 % of all flights, at 120 images/s."""
 OTHERWISE = "choose adapt/uncertainty=identified"
 SHARES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
-"""Fractions of the asked reach, which are tried where all of it is not there."""
+"""Fractions of the required reach, tried where all of it is not available."""
 FALL_M_S = -2.0
 """Velocity at which the ball comes down that is reached for: a fall of 0.2 m."""
 
@@ -75,7 +75,7 @@ def lacking_reach(
     for side in (1.0, -1.0):
         if not _goes(flight, side * asked_m, settings.correction):
             return (
-                f"{name} cannot hold the cup {1e3 * side * asked_m:+.0f} mm along x beside the catch and behind it "
+                f"{name} cannot move the cup {1e3 * side * asked_m:+.0f} mm along x from the catch and follow on "
                 f"({asked}): place the arm otherwise (adapt.placement=search), {_passing(flight, asked_m, settings)}"
             )
     return None
@@ -83,7 +83,7 @@ def lacking_reach(
 
 def _passing(flight: _Flight, most_m: float, settings: AdaptSettings) -> str:
     """Return the settings with which the flight passes, of a reach of at most ``most_m``."""
-    tried = (math.floor(1e3 * share * most_m) for share in SHARES)
+    tried = (math.floor(1e3 * fraction * most_m) for fraction in SHARES)
     both = (mm for mm in tried if all(_goes(flight, side * 1e-3 * mm, settings.correction) for side in (1.0, -1.0)))
     millimetres = next(both, 0)
     return (f"set adapt.uncertainty.min_reach_m={1e-3 * millimetres:g}, " if millimetres else "") + f"or {OTHERWISE}"
@@ -102,10 +102,10 @@ def _goes(flight: _Flight, beside_m: float, correction: CorrectionSettings) -> b
     """Return True if a ball ``beside_m`` along x is met and the cup is where it is sent until the motion's end."""
     cup, period_s = flight.cup, flight.cup.period_s
     motion = CorrectedMotion(cup, correction, flight.rim_m, flight.known_s)
-    middle_m, speed_m_s = cup.at(flight.catch_s, flight.rim_m - correction.below_rim_m)
+    center_m, speed_m_s = cup.at(flight.catch_s, flight.rim_m - correction.below_rim_m)
     pose = CatchPose(
         t_s=flight.catch_s,
-        position_m=middle_m + np.array([beside_m, 0.0, 0.0]),
+        position_m=center_m + np.array([beside_m, 0.0, 0.0]),
         velocity_m_s=np.array([speed_m_s[0], speed_m_s[1], FALL_M_S]),
         covariance_m2=np.zeros((3, 3)),
         time_sigma_s=0.0,

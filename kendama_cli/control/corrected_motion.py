@@ -32,7 +32,7 @@ def bounded(
     """Return ``acceleration_m_s2`` (2,) for a period of ``h``, or braking where it would lead out of the circle.
 
     From s (2,) with speed v the cup stops at s + v |v| / (2 b), which braking with b = ``settings.braking_m_s2``
-    leaves where it is. That place has to be within ``settings.max_shift_m`` of the plan.
+    leaves unchanged. That position has to be within ``settings.max_shift_m`` of the plan.
     """
     shift = shift_m + h * (speed_m_s + 0.5 * h * acceleration_m_s2)
     if _stops_inside(shift, speed_m_s + h * acceleration_m_s2, settings):
@@ -44,7 +44,7 @@ def bounded(
 def brakable(speed_m_s: Array, shift_m: Array, settings: CorrectionSettings) -> Array:
     """Return ``speed_m_s`` (2,), or as much of it as can be braked in the circle from ``shift_m`` (2,) on.
 
-    v^2 = 2 b d with d the way along the speed to the circle.
+    v^2 = 2 b d with d the distance along the velocity to the circle.
     """
     out_m = float(shift_m @ speed_m_s) / max(float(np.linalg.norm(speed_m_s)), 1e-12)
     left_m = math.sqrt(max(out_m**2 + settings.max_shift_m**2 - float(shift_m @ shift_m), 0.0)) - out_m
@@ -59,7 +59,7 @@ def _stops_inside(shift_m: Array, speed_m_s: Array, settings: CorrectionSettings
 SHARES = (1.0, 0.6, 0.3, 0.0)
 """Fractions of the desired acceleration: the first with which every joint keeps its limits, else the shift stops."""
 UNREACHED_M = 0.005
-"""A cup that the arm cannot bring nearer than this to its place is out of reach."""
+"""A cup that the arm cannot bring nearer than this to its position is out of reach."""
 STILL_M_S = 1e-12
 
 
@@ -98,17 +98,17 @@ class CupPlan:
         one, two = self.sample(index), self.sample(index + 1)
         part = t_s / self.period_s - index
         axis = one.axis + part * (two.axis - one.axis)
-        place = one.position_m + part * (two.position_m - one.position_m) + lever_m * axis
-        return place, one.task_speed[:3] + part * (two.task_speed[:3] - one.task_speed[:3])
+        position = one.position_m + part * (two.position_m - one.position_m) + lever_m * axis
+        return position, one.task_speed[:3] + part * (two.task_speed[:3] - one.task_speed[:3])
 
 
 class CorrectedMotion:
     """Commands for the samples of a ``plan``, and beside them once a catch is foreseen.
 
     The cup's shift along x and y is the cubic of plan_interception, planned anew in every period, that brings the cup
-    to the ball at the moment of the catch, the drive's lag earlier, with the ball's own speed as far as the limits
+    to the ball at the catch, less the drive's lag, with the ball's own speed as far as the limits
     allow. It never leaves a circle of ``settings.max_shift_m`` about the plan: the cup brakes in time. Every command
-    keeps to the joints' limits as far as braking does: the acceleration of the shift gives way.
+    keeps to the joints' limits as far as braking does: the acceleration of the shift is reduced.
 
     No ball is followed before ``from_s``, counted from the motion's start.
     """
@@ -140,7 +140,7 @@ class CorrectedMotion:
     def shift_m(self) -> Array:
         """Displacement (2,) of the commanded cup from the planned one.
 
-        ``catch_shift_m`` is its length at the moment of the catch, ``max_shift_m`` the largest until now.
+        ``catch_shift_m`` is its length at the catch, ``max_shift_m`` the largest until now.
         """
         return self._shift_m
 
@@ -155,7 +155,7 @@ class CorrectedMotion:
             self._lag.observe(self._last.position_rad, self._last.velocity_rad_s, position_rad)
 
     def follow(self, pose: CatchPose) -> None:
-        """Aim at the ball of ``pose``, on its way down at whatever height, where it is known well enough.
+        """Aim at the ball of ``pose``, on its descent at any height, if it is known well enough.
 
         Its time counts from the motion's start.
         """
@@ -174,7 +174,7 @@ class CorrectedMotion:
             h, settings = self._plan.period_s, self._settings
             desired = bounded(self._acceleration_m_s2(self._pose), self._shift_m, self._speed_m_s, h, settings)
             stopping = shortened(-self._speed_m_s / h, settings.acceleration_m_s2)
-            for tried in (*(share * desired for share in SHARES), stopping):
+            for tried in (*(fraction * desired for fraction in SHARES), stopping):
                 made = self._with_acceleration(tried, k)
                 if made[1]:
                     break

@@ -1,4 +1,4 @@
-"""Cup as a cart on a line, which the policy accelerates, whatever arm carries it."""
+"""Cup as a cart on a line, which the policy accelerates, and its tilt off the line, for any arm."""
 
 from __future__ import annotations
 
@@ -6,15 +6,65 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from kendama_cli.control.cup_tilt import CupTilt, TiltingArm
+import numpy as np
+
 from kendama_cli.control.lag import Lag
 from kendama_cli.control.swing_state import SwingStateEstimator
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.learning.state import SwingState
 from kendama_cli.motion.braking import BrakingLimiter
 from kendama_cli.physics.taut_rope import TautRope, time_scale
+from kendama_cli.robot_model.inverse_kinematics import OutOfReachError, solve_cup, weighted_step
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.placement import CupLine
+from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
+
+
+@dataclass(frozen=True)
+class CupTilt:
+    """Lift of the cup over its line, its tilt from upright toward the line's direction, and their rates."""
+
+    lift_m: float = 0.0
+    lift_m_s: float = 0.0
+    tilt_rad: float = 0.0
+    tilt_rad_s: float = 0.0
+
+
+class TiltingArm:
+    """Joint commands for the cup on its line and tilted, each found from the one before.
+
+    Speeds solve J q' = v with the arm's own weights, and accelerations are their differences. ``direction`` (3,) is
+    the line's, ``center_m`` (3,) the tie point at x = 0.
+    """
+
+    def __init__(self, arm: RobotModel, center_m: Array, direction: Array, period_s: float) -> None:
+        self._arm, self._center_m, self._direction, self._period_s = arm, center_m, direction, period_s
+
+    def begin(self, position_rad: Array, velocity_rad_s: Array) -> None:
+        """Continue from this command, with the cup on its line."""
+        self._q, self._speed = np.array(position_rad), np.array(velocity_rad_s)
+
+    def at(self, x_m: float, velocity_m_s: float, tilt: CupTilt) -> JointCommand | None:
+        """Return the joints for the end of the coming period; None if they would leave their limits."""
+        arm, along = self._arm, self._direction
+        up = np.array([0.0, 0.0, 1.0])
+        position = self._center_m + x_m * along + tilt.lift_m * up
+        axis = math.sin(tilt.tilt_rad) * along + math.cos(tilt.tilt_rad) * up
+        about = np.cross(up, along)
+        spin_axes = np.array([about, np.cross(axis, about)])  # the cup may spin about its axis
+        try:
+            q = solve_cup(arm, position, self._q, spin_axes)
+        except OutOfReachError:
+            return None
+        _, task = arm.cup_task(q, spin_axes)
+        desired = np.concatenate([velocity_m_s * along + tilt.lift_m_s * up, [tilt.tilt_rad_s, 0.0]])
+        speed = weighted_step(task, desired, arm.redundancy_weights)
+        change_rad_s2 = (speed - self._speed) / self._period_s
+        if not arm.limits.allow(q, speed, change_rad_s2).all():
+            return None
+        self._q, self._speed = q, speed
+        return JointCommand(q, speed, change_rad_s2)
 
 
 def predict_state(
@@ -51,7 +101,7 @@ def scaled_to_model_rope(state: SwingState, rope_scale: float) -> SwingState:
 
 @dataclass(frozen=True)
 class CartStep:
-    """Control period: the acceleration asked for, and the state after it; the cup was to lean by ``tilt_rad``."""
+    """Control period: the desired acceleration, and the state after it; the cup was to tilt by ``tilt_rad``."""
 
     t_s: float
     state: SwingState
@@ -64,7 +114,7 @@ class CupCart:
     """Cart that integrates accelerations to a reference along ``line``, kept inside by a limiter; its swing's state.
 
     The limiter keeps the reference itself inside, which is exact: whatever lag or latency the arm has, the cup runs
-    through places where the reference was before, so that the limiter needs to know neither. The total delay
+    through positions of the reference before it, so that the limiter needs to know neither. The total delay
     ``delay_s``, the arm's and its tracking's, is estimated from the rollout itself: the slope of (reference - observed
     position) over the reference's velocity; ``arm_lag_s`` is the arm's part of it, by the same of the joints.
     """

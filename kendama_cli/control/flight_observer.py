@@ -33,7 +33,7 @@ class CatchPrediction:
 
 @dataclass(frozen=True)
 class ObservedFrame:
-    """Frame of a camera of mid-exposure ``t_s``, whose sighting was at hand for the command of ``used_s``."""
+    """Frame of a camera of mid-exposure ``t_s``, whose detection was ready for the command of ``used_s``."""
 
     t_s: float
     used_s: float

@@ -10,10 +10,9 @@ from functools import partial
 
 import numpy as np
 
+from kendama_cli.control.catch_controller import CatchGeometry, goal_here, make_catch_geometry
 from kendama_cli.control.catch_game import Game, finish_game
-from kendama_cli.control.catch_geometry import CatchGeometry, goal_here, make_catch_geometry
-from kendama_cli.control.cup_cart import CartStep, CupCart
-from kendama_cli.control.cup_tilt import TiltingArm
+from kendama_cli.control.cup_cart import CartStep, CupCart, TiltingArm
 from kendama_cli.control.flight_observer import FlightObserver
 from kendama_cli.control.imitation import measured_rope_m
 from kendama_cli.control.open_observer import CameraSetup, check_cameras, open_observer
@@ -65,7 +64,7 @@ class GameRunner:
         estimator = SwingStateEstimator(
             robot.period_s,
             settings.observation.samples_n,
-            geometry.middle_m,
+            geometry.center_m,
             geometry.direction,
             rope=geometry.flight.rope,
             gravity_m_s2=game.gravity_m_s2,
@@ -143,7 +142,7 @@ class GameBuilder:
 
     @contextmanager
     def open(self, robot: Robot, *, seed: int) -> Iterator[GameRunner]:
-        """Open the game on ``robot``, its rope measured hanging (noise drawn from ``seed``); close its cameras.
+        """Open the game on ``robot``, its rope measured hanging (noise sampled from ``seed``); close its cameras.
 
         Raises ConfigError if the configured cameras cannot observe this robot, MissingPartError if one is missing,
         HardwareError of the line.
@@ -174,6 +173,6 @@ class GameBuilder:
                 game=game,
                 learn=setup.learn,
                 settings=transfer,
-                tilting=TiltingArm(arm, geometry.middle_m, geometry.direction, robot.period_s),
+                tilting=TiltingArm(arm, geometry.center_m, geometry.direction, robot.period_s),
                 history=history,
             )

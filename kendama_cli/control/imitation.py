@@ -39,15 +39,15 @@ class Played:
         """Return True if the ball was caught, as in RolloutResult, by the cup's sensor and the tracked ball."""
         states = [one.state for one in self.exchanges]
         poses = [arm.tool_pose(state.position_rad) for state in states]
-        planned_m = np.array([arm.tool_position_m(place) for place in self.joints.position_rad])
+        planned_m = np.array([arm.tool_position_m(position) for position in self.joints.position_rad])
         t_s = np.array([one.t_s for one in self.exchanges]) - self.exchanges[0].t_s
-        ways = SampledWays(
+        paths = SampledWays(
             t_s,
             np.array([state.cup_in_world_m for state in states]),
             np.array([pose.rotation[:, 2] for pose in poses]),
             np.array([state.ball_in_world_m for state in states]),
         )
-        miss_m = ways.miss_m(game, catch_from_s(self.joints.t_s, planned_m), game.rope.length_m)
+        miss_m = paths.miss_m(game, catch_from_s(self.joints.t_s, planned_m), game.rope.length_m)
         return sensed_catch(states[-1].caught, miss_m, game)
 
 
@@ -171,7 +171,7 @@ def scaled_motion(
 
 @dataclass(frozen=True)
 class FittedMotion:
-    """Motion for the rope at hand: ``rope_scale`` times the model's; ``joints`` is as planned unless ``resized``.
+    """Motion for the measured rope: ``rope_scale`` times the model's; ``joints`` is as planned unless ``resized``.
 
     ``correction`` keeps a visual catch to what was found safe about it.
     """

@@ -18,8 +18,8 @@ class InterceptionPlan:
 
     def acceleration_m_s2(self, t_s: float) -> float:
         """Return the acceleration at ``t_s``, constant outside that time."""
-        share = min(max((t_s - self.start_s) / (self.end_s - self.start_s), 0.0), 1.0)
-        return self.first_m_s2 + share * (self.last_m_s2 - self.first_m_s2)
+        fraction = min(max((t_s - self.start_s) / (self.end_s - self.start_s), 0.0), 1.0)
+        return self.first_m_s2 + fraction * (self.last_m_s2 - self.first_m_s2)
 
 
 def plan_interception(

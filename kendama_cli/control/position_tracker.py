@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kendama_cli.devices.camera.ball_tracker import catch_pose_estimator
 from kendama_cli.physics.taut_rope import rope_angle
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.prediction.onset import FreeFlightFound, FreeFlightOnset
+from kendama_cli.vision.prediction.tracker import catch_pose_estimator
 from kendama_cli.vision.settings import MotionSettings, OnsetSettings
 
 
@@ -57,9 +57,9 @@ class PositionTracker:
         self.found = self._onset.update(t_s, ball_m, self._covariance_m2, tie_m)
         if self.found is None:
             return
-        for t, place in self._waiting:
+        for t, position in self._waiting:
             if t >= self.found.since_s:
-                self.estimator.update_position(t, place, self._covariance_m2)
+                self.estimator.update_position(t, position, self._covariance_m2)
         self._waiting = []
 
 

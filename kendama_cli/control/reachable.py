@@ -1,4 +1,4 @@
-"""Places to which a visual catch may bring an arm, checked before the motion is played on a robot."""
+"""Positions to which a visual catch may bring an arm, checked before the motion is played on a robot."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from kendama_cli.settings.safety import SafetySettings
 EARLY_S = 0.1
 """A ball is followed no earlier than this before the rope slackens in the planned motion."""
 SHARES = (0.25, 0.5, 0.75, 1.0)
-"""Radii that are checked, as shares of the largest shift: all of a circle is inside one of them."""
+"""Radii that are checked, as fractions of the largest shift: all of a circle is inside one of them."""
 DIRECTIONS = 8
 EVERY_S = 0.02
 OUT_STEPS = 5
@@ -51,7 +51,7 @@ class Surroundings:
     def correction(self, joints: JointTrajectory, from_s: float) -> tuple[CorrectionSettings, tuple[str, ...]]:
         """Return the correction of ``adapt`` in as large a circle about ``joints`` as is safe, and what limits it.
 
-        The cup is taken to the rim of each circle, in DIRECTIONS directions, at every place of the motion from
+        The cup is taken to the rim of each circle, in DIRECTIONS directions, at every position of the motion from
         ``from_s`` on: there the joints keep off their stops, the links off each other and the table, and the cup in its
         box. Raises StageError if the planned motion itself is not allowed, or a visual catch may not leave it.
         """
@@ -60,15 +60,15 @@ class Surroundings:
         if self.adapt.catch != "visual":
             return correction, ()
         allowed_m = 0.0
-        for share in SHARES:
-            shift_m = share * correction.max_shift_m
+        for fraction in SHARES:
+            shift_m = fraction * correction.max_shift_m
             wrong = [one for one in self._beside(joints, shift_m, from_s) if not one.holds]
             if wrong and not allowed_m:
                 require_allowed(wrong[:1])
             if wrong:
                 first = f"{wrong[0].what}: {wrong[0].found}, allowed: {wrong[0].allowed}"
-                told = f"the visual catch is held to {allowed_m:g} m beside its plan; farther on is not safe, {first}"
-                return dataclasses.replace(correction, max_shift_m=allowed_m), (told,)
+                text = f"the visual catch is held to {allowed_m:g} m beside its plan; farther on is not safe, {first}"
+                return dataclasses.replace(correction, max_shift_m=allowed_m), (text,)
             allowed_m = shift_m
         return correction, ()
 
@@ -77,12 +77,12 @@ class Surroundings:
 
         Speeds and accelerations alone grow with it: v / tau_scale and a / tau_scale^2 over their limits.
         """
-        shares, most = limit_ratios(self.arm, joints), self.safety.limit_ratio
-        least = max(shares.velocity.max() / most, math.sqrt(shares.acceleration.max() / most))
+        fractions, most = limit_ratios(self.arm, joints), self.safety.limit_ratio
+        least = max(fractions.velocity.max() / most, math.sqrt(fractions.acceleration.max() / most))
         return tuple(tau_scale for tau_scale in tau_scales if tau_scale >= min(least, 1.0))
 
     def _beside(self, joints: JointTrajectory, shift_m: float, from_s: float) -> Iterator[CheckedLimit]:
-        """Yield the limits of places along ``joints`` with the cup ``shift_m`` to each side."""
+        """Yield the limits of positions along ``joints`` with the cup ``shift_m`` to each side."""
         thin = thinning(joints.t_s, EVERY_S)
         t_s, planned = joints.t_s[::thin], joints.position_rad[::thin]
         first = min(int(np.searchsorted(t_s - t_s[0], from_s)), len(t_s) - 1)
@@ -104,13 +104,13 @@ def _solved(arm: RobotModel, planned: Array, side_m: Array) -> tuple[Array, Arra
     Where it cannot be (the mask (n,) is False) a visual catch stops by itself.
     """
     there, angles, last = np.zeros(len(planned), dtype=bool), [], None
-    for k, place in enumerate(planned):
-        pose = arm.tool_pose(place)
-        shares = np.arange(1, OUT_STEPS + 1) / OUT_STEPS if last is None else (1.0,)
+    for k, position in enumerate(planned):
+        pose = arm.tool_pose(position)
+        fractions = np.arange(1, OUT_STEPS + 1) / OUT_STEPS if last is None else (1.0,)
         try:
-            reached = place if last is None else last
-            for share in shares:
-                reached = solve_cup(arm, pose.position_m + share * side_m, reached, across(pose.rotation[:, 2]))
+            reached = position if last is None else last
+            for fraction in fractions:
+                reached = solve_cup(arm, pose.position_m + fraction * side_m, reached, across(pose.rotation[:, 2]))
         except OutOfReachError:
             last = None
             continue

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, SceneState
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, SceneState, WrappedRobot
 from kendama_cli.motion.rotation import between as turned_between
 from kendama_cli.motion.rotation import matrix_of, quaternion_of
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
@@ -24,7 +24,7 @@ SHARED_M = 1e-3
 class SceneHistory:
     """Scene of the last control periods, straight between them; it is the ``Scene`` of virtual cameras.
 
-    Places are given relative to ``origin_m`` (3,), in whose frame the cameras stand. ``arm_places`` gives the points
+    Positions are relative to ``origin_m`` (3,), in whose frame the cameras are. ``arm_places`` gives the points
     (k, 3) that an arm is drawn through for its joint angles (n,); the rope is tied to ``tie_m`` of the cup's own frame.
     """
 
@@ -56,9 +56,9 @@ class SceneHistory:
 
     def rollout(self) -> Array:
         """Return the whole rollout (n, 10): time from its start, cup, the cup's axis and ball in the world."""
-        way = np.array(self._rollout)
-        way[:, 0] -= way[0, 0]
-        return way
+        path = np.array(self._rollout)
+        path[:, 0] -= path[0, 0]
+        return path
 
     @property
     def reported(self) -> bool:
@@ -91,9 +91,9 @@ class SceneHistory:
 
 
 def joint_places(arm: RobotModel, position_rad: Array) -> Array:
-    """Return the joints' origins (k, 3) in the world from base to hand; the last is the tip link's.
+    """Return the joints' origins (k, 3) in the world from base to tip; the last is the tip link's.
 
-    Where neighbours share one, as the axes of a wrist do, it is given once: how far apart they are never changes.
+    Where neighbours share one, as the axes of a wrist do, it is returned once: their distance never changes.
     """
     chain = arm.joint_positions_m(position_rad)
     apart = np.linalg.norm(np.diff(chain, axis=0), axis=1) > SHARED_M
@@ -105,18 +105,12 @@ def cup_rotation_wxyz(arm: RobotModel, position_rad: Array) -> Array:
     return quaternion_of(arm.tool_pose(position_rad).rotation)
 
 
-class SceneRecordingRobot:
-    """Robot whose scene goes into ``history`` and is taken out of what everybody else is given."""
+class SceneRecordingRobot(WrappedRobot):
+    """Robot whose scene goes into ``history`` and is removed from every exchange that others see."""
 
     def __init__(self, robot: Robot, history: SceneHistory) -> None:
-        self._robot, self._history = robot, history
-        self.joint_names, self.limits, self.period_s = robot.joint_names, robot.limits, robot.period_s
-        self.realtime, self.torque = robot.realtime, None
-
-    @property
-    def missed(self) -> int:
-        """Count of the robot itself."""
-        return self._robot.missed
+        super().__init__(robot)
+        self._history = history
 
     def exchange(self, command: JointCommand) -> Exchange:
         """Exchange one control period; raises HardwareError as the robot does."""
@@ -126,14 +120,6 @@ class SceneRecordingRobot:
         """Reset the robot."""
         self._history.clear()
         return self._recorded(self._robot.reset(position_rad, seed))
-
-    def halt(self) -> None:
-        """Halt the robot."""
-        self._robot.halt()
-
-    def close(self) -> None:
-        """Close the robot."""
-        self._robot.close()
 
     def _recorded(self, exchange: Exchange) -> Exchange:
         if exchange.scene is None:

@@ -21,7 +21,7 @@ class ObservationSettings:
         "virtual cameras: from the end of the exposure to the image's estimate [s]", at_least=0
     )
     camera_origin: Literal["line", "world"] = setting(
-        "cameras: their poses count from the line's middle (the rope's tie point there), or are in the world"
+        "cameras: their poses count from the line's centre (the rope's tie point there), or are in the world"
     )
     image_every: int = setting("cameras: log every so many frames of the first game as whole images", at_least=1)
     position_sigma_m: float = setting("tracking: standard deviation of a position, per axis [m]", above=0)
@@ -35,9 +35,9 @@ class ObservationSettings:
 class CatchSettings:
     """Settings of the interception of the ball by the cup."""
 
-    acceleration_m_s2: float = setting("largest acceleration of the cup on the way [m/s^2]", above=0)
-    max_speed_m_s: float = setting("largest speed of the cup on the way [m/s]", above=0)
-    half_width_m: float = setting("the cup stays within this distance of the line's middle [m]", above=0)
+    acceleration_m_s2: float = setting("largest acceleration of the cup [m/s^2]", above=0)
+    max_speed_m_s: float = setting("largest speed of the cup [m/s]", above=0)
+    half_width_m: float = setting("the cup stays within this distance of the line's centre [m]", above=0)
     matching: float = setting(
         "part of the ball's horizontal speed that the cup wants to have at the catch", at_least=0, at_most=1
     )
@@ -49,7 +49,7 @@ class CatchSettings:
     )
     contact_speed_m_s: float = setting("speed downward with which the cup meets the ball [m/s]", at_least=0, at_most=1)
     contact_braking_m_s2: float = setting("deceleration of that after the catch [m/s^2]", above=0)
-    freeze_before_catch_s: float = setting("the plan is kept as it is for this long before the catch [s]", above=0)
+    freeze_before_catch_s: float = setting("the plan is frozen for this long before the catch [s]", above=0)
     braking_m_s2: float = setting("deceleration of the cup after the catch [m/s^2]", above=0)
     after_catch_s: float = setting("the game ends this long after the predicted catch [s]", above=0)
 
@@ -59,7 +59,7 @@ class TransferSettings:
     """Settings of the steps of the transfer."""
 
     policy: str | None = setting(
-        "artifact.json of a stored policy to take instead of the learn stage's, verified the same way", file=True
+        "artifact.json of a stored policy to take instead of the learn stage's, verified like it", file=True
     )
     evaluation_rollouts: int = setting(
         "rollouts of the frozen policy, before and again after learning on the hardware", above=0
@@ -68,7 +68,7 @@ class TransferSettings:
         "rollouts after which learning on the hardware ends without its streak of successes", above=0
     )
     solved_streak: int = setting(
-        "greedy successes in a row at which the policy is frozen; until then learning goes on "
+        "greedy successes in a row at which the policy is frozen; until then learning continues "
         "(never fewer than learn.count.learned_streak)",
         above=0,
     )

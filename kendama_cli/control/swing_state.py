@@ -20,21 +20,21 @@ class SwingStateEstimator:
 
         phi'' = -(g sin phi + a cos phi) / l   under the cup,
 
-    in which the rope's pull has no part, so that it holds for one that has just gone slack as well. What they add
+    which does not depend on the rope's tension, so that it holds for one that has just gone slack too. What they add
     since the oldest reading is taken off, and a straight line (least squares) goes through the rest: its slope has a
     quarter of the noise that the parabola needed for an unknown acceleration would have.
 
-    ``middle_m`` (3,) is the world position where the cup's x is zero, ``direction`` (3,) the unit vector of x,
+    ``center_m`` (3,) is the world position where the cup's x is zero, ``direction`` (3,) the unit vector of x,
     ``rope`` the real rope; the ball's angle is that of the line from tie point to ball, unwrapped from
     reading to reading. Raises ValueError for fewer than two samples.
     """
 
     def __init__(
-        self, period_s: float, samples: int, middle_m: Array, direction: Array, *, rope: TautRope, gravity_m_s2: float
+        self, period_s: float, samples: int, center_m: Array, direction: Array, *, rope: TautRope, gravity_m_s2: float
     ) -> None:
         if samples < 2:
             raise ValueError(f"a line needs at least 2 samples, not {samples}")
-        self._middle_m = np.asarray(middle_m, dtype=np.float64)
+        self._center_m = np.asarray(center_m, dtype=np.float64)
         self._direction = np.asarray(direction, dtype=np.float64)
         self._rope, self._gravity_m_s2 = rope, gravity_m_s2
         self._x, self._angle = _LineFit(period_s, samples), _LineFit(period_s, samples)
@@ -52,10 +52,10 @@ class SwingStateEstimator:
         angle = rope_angle(float(self._direction @ ball_m), float(ball_m[2]))
         before = self._angle.newest
         angle += 2.0 * math.pi * round((before - angle) / (2.0 * math.pi))
-        middle = 0.5 * (before + angle)
-        turning = self._rope.acceleration_rad_s2(middle, self._rate, acceleration_m_s2, self._gravity_m_s2)
+        center = 0.5 * (before + angle)
+        turning = self._rope.acceleration_rad_s2(center, self._rate, acceleration_m_s2, self._gravity_m_s2)
         x, velocity = self._x.update(
-            float(self._direction @ (state.cup_in_world_m - self._middle_m)), acceleration_m_s2
+            float(self._direction @ (state.cup_in_world_m - self._center_m)), acceleration_m_s2
         )
         angle, self._rate = self._angle.update(angle, turning)
         return SwingState(x, velocity, math.remainder(angle, 2.0 * math.pi), self._rate)

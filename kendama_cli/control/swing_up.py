@@ -43,7 +43,7 @@ class SwingUpRollout:
 
     @property
     def half_swings(self) -> int:
-        """Stretches in which the ball swings one way, the last one included (count_half_swings)."""
+        """Stretches in which the ball swings in one direction, the last one included (count_half_swings)."""
         return count_half_swings(step.state.rate_rad_s for step in self.steps)
 
 

@@ -25,7 +25,7 @@ class VisualCatch:
     """Correction of ``joints`` by a visual catch: from the seen slackening of the rope on it moves their ``cup``.
 
     ``cup`` is their cup_plan. The ball's position is measured at the rate of the ``sensor``, at control periods, with
-    noise drawn from ``rng``, and comes late; the joint angles are read at once.
+    noise sampled from ``rng``, and comes late; the joint angles are read at once.
     """
 
     def __init__(

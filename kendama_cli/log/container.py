@@ -22,7 +22,7 @@ from kendama_cli.schema.unpacking import OversizedError, check_size, unpacked_ch
 REMEDY = "copy or record it again ('mcap recover' saves what is whole)"
 MAGIC = b"\x89MCAP0\r\n"
 MOST_BYTES, GROWTH, MOST_UNREAD = 1 << 28, 4, 8
-"""A chunk may have so many bytes, or so many times the file's own; all chunks together more, as not all is kept."""
+"""A chunk may have so many bytes, or so many times the file's own; all chunks together more, as not all is stored."""
 RECORD_BYTES = 128
 """Bytes of a message besides its data."""
 _RECORD = struct.Struct("<BQ")
@@ -70,7 +70,7 @@ class _Reader:
     """Collector of the records of one file into a Content."""
 
     def __init__(self, topics: Collection[str] | None, most_bytes: int) -> None:
-        """Limit one chunk to ``most_bytes``; the memory kept may have twice as many."""
+        """Limit one chunk to ``most_bytes``; the memory may have twice as many."""
         self.content = Content()
         self._most_bytes = most_bytes
         self._plain_bytes = self._kept_bytes = 0
@@ -145,7 +145,7 @@ class _Reader:
 
 
 def read_container(path: Path | str, topics: Collection[str] | None = None) -> Content:
-    """Read and check the whole MCAP file; the messages of ``topics`` (all: None) are kept, the others counted.
+    """Read and check the whole MCAP file; the messages of ``topics`` (all: None) are stored, the others counted.
 
     Raises InputError, saying where and how much is whole, for a file that is absent, cut short, damaged, or no MCAP.
     """

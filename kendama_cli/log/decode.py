@@ -58,21 +58,21 @@ def decode(channel: ChannelContent) -> pd.DataFrame:
 
 def check_schema(channel: ChannelContent, kind: type) -> None:
     """Raise UndecodableError unless ``channel`` holds the fields of message dataclass ``kind``, as it declares them."""
-    wanted = codec(kind)
-    if channel.schema_name == wanted.schema and channel.schema_data != wanted.descriptor_set:
-        ours, theirs = (_fields(wanted.schema, data) for data in (wanted.descriptor_set, channel.schema_data))
+    expected = codec(kind)
+    if channel.schema_name == expected.schema and channel.schema_data != expected.descriptor_set:
+        ours, theirs = (_fields(expected.schema, data) for data in (expected.descriptor_set, channel.schema_data))
         if ours != theirs:
             listed = ", ".join(name for name, *_ in theirs) or "none"
-            message = wanted.schema.rpartition(".")[2]
+            message = expected.schema.rpartition(".")[2]
             renames = [(renamed("field", message, name) or name, *rest) for name, *rest in theirs] == ours
             remedy = MIGRATE if renames else "run the stage again ('kendama cross-check' for its log)"
             raise UndecodableError(
                 f"the fields of {channel.schema_name} on topic '{channel.topic}' are not those of {kind.__name__} but "
                 f"{listed}; it was logged by another version: {remedy}"
             )
-    elif channel.schema_name != wanted.schema:
+    elif channel.schema_name != expected.schema:
         raise UndecodableError(
-            f"topic '{channel.topic}' holds {channel.schema_name or 'messages without a schema'}, not {wanted.schema}"
+            f"topic '{channel.topic}' holds {channel.schema_name or 'messages without a schema'}, not {expected.schema}"
         )
 
 

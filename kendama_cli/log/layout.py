@@ -74,9 +74,9 @@ def _split(direction: str, parts: list[Any]) -> Any:
     """Arrange parts beside (row) or under (column) each other, of equal size; Foxglove splits in two."""
     if len(parts) == 1:
         return parts[0]
-    share = round(100 / len(parts))
+    fraction = round(100 / len(parts))
     return {
-        "direction": direction, "first": parts[0], "second": _split(direction, parts[1:]), "splitPercentage": share
+        "direction": direction, "first": parts[0], "second": _split(direction, parts[1:]), "splitPercentage": fraction
     }  # fmt: skip
 
 

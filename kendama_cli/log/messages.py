@@ -50,7 +50,7 @@ class WrenchMessage:
 class JointExchangeMessage:
     """One control period: what was really sent to n ``joints``, after all limits, and what was measured after it (n,).
 
-    ``sent_nm`` is the effort that was added to what the robot's own controller gives.
+    ``sent_nm`` is the effort that was added to the torque of the robot's own controller.
     """
 
     joints: Collection[str]
@@ -64,10 +64,10 @@ class JointExchangeMessage:
 
 @dataclass(frozen=True)
 class ReplayMessage:
-    """One game as another physics can play it again: the body that was drawn for it, and the cup's and ball's way.
+    """One game as another physics can play it again: the body that was sampled for it, and the paths of cup and ball.
 
-    ``t_s`` (n,) counts from the game's start, ``cup_m``, ``cup_axis`` and ``ball_m`` (3 n) are places of the cup and of
-    the ball and the cup's unit axis in the world, one after another. Crossings of the rim's plane count from
+    ``t_s`` (n,) counts from the game's start, ``cup_m``, ``cup_axis`` and ``ball_m`` (3 n) are positions of the cup and
+    of the ball and the cup's unit axis in the world, one after another. Crossings of the rim's plane count from
     ``since_s`` on; ``miss_m`` is nan where there was none. ``rope_kg`` is 0 where the rope had no mass.
     """
 

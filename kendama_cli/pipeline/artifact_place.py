@@ -13,16 +13,16 @@ from kendama_cli.schema.hints import listed, nearest
 LOG = "log.mcap"
 
 
-def artifact_folder(home: Path, place: str) -> Path:
-    """Return the folder of the artifact at ``place``: RUN/STAGE, or STAGE of the newest run that has it.
+def artifact_folder(home: Path, location: str) -> Path:
+    """Return the folder of the artifact at ``location``: RUN/STAGE, or STAGE of the newest run that has it.
 
-    Raises UsageError where there is no such run or stage, or where the stage gave nothing.
+    Raises UsageError where there is no such run or stage, or where the stage has no artifact.
     """
-    return stored_folder(*_found(home, place))
+    return stored_folder(*_found(home, location))
 
 
-def _found(home: Path, place: str) -> tuple[Mapping[str, Any], str]:
-    run, _, stage = place.rpartition("/")
+def _found(home: Path, location: str) -> tuple[Mapping[str, Any], str]:
+    run, _, stage = location.rpartition("/")
     if run:
         return find_run(home, run), stage
     having = [one for one in past_runs(home) if any(made["name"] == stage for made in one["stages"])]
@@ -65,9 +65,9 @@ def broken_off_log(run_folder: Path, stage: str) -> Path:
     return run_folder / f"{stage}.mcap"
 
 
-def log_path(home: Path, place: str) -> Path:
-    """Return a log's file: ``place`` itself if it is such a file, else the log at RUN/STAGE."""
-    path = Path(place)
+def log_path(home: Path, location: str) -> Path:
+    """Return a log's file: ``location`` itself if it is such a file, else the log at RUN/STAGE."""
+    path = Path(location)
     if path.exists() or path.suffix == ".mcap":
         return path
-    return stored_log(*_found(home, place))
+    return stored_log(*_found(home, location))

@@ -11,9 +11,8 @@ from typing import Any
 from kendama_cli.errors import ConfigError, MissingPartError, UsageError
 from kendama_cli.schema.declaration import STAGES, StageDeclaration, find_stage, stage_names
 from kendama_cli.schema.hints import listed, nearest
-from kendama_cli.schema.parts import comes_with
 from kendama_cli.schema.plain_yaml import load_yaml
-from kendama_cli.schema.registry import resolve
+from kendama_cli.schema.registry import comes_with, resolve
 
 
 @dataclass(frozen=True)
@@ -55,18 +54,18 @@ class Pipeline:
                 return spec
         given = ", ".join(f"{spec.name} a {spec.declaration.returns.partition(':')[2]}" for spec in self.stages)
         raise UsageError(
-            f"pipeline '{self.name}' has no stage that gives a {artifact.__name__} ({given}); name another with -p"
+            f"pipeline '{self.name}' has no stage that returns a {artifact.__name__} ({given}); name another with -p"
         )
 
     def until(self, name: str | None) -> Pipeline:
         """Return the part of the pipeline that ends with ``name``: that stage and all it needs; the whole for None."""
         if name is None:
             return self
-        wanted = {self.stage(name, "--until").name}
+        chosen_names = {self.stage(name, "--until").name}
         for spec in reversed(self.stages):
-            if spec.name in wanted:
-                wanted |= set(spec.needs.values())
-        return Pipeline(self.name, self.overrides, tuple(spec for spec in self.stages if spec.name in wanted))
+            if spec.name in chosen_names:
+                chosen_names |= set(spec.needs.values())
+        return Pipeline(self.name, self.overrides, tuple(spec for spec in self.stages if spec.name in chosen_names))
 
 
 def pipeline_names(folders: Sequence[Path]) -> list[str]:

@@ -41,7 +41,7 @@ class FileIndex:
         self._known: dict[str, Any] = durable.read_index(path) or {}
         self._changed = False
         self.read: dict[str, list[int]] = {}
-        """State of every file that facts were asked of, when it was read."""
+        """State of every file that facts were read, at that time."""
         self._names: dict[str, list[str]] = {}
 
     def facts(self, file: Path, kind: str, compute: Any) -> Any:
@@ -65,7 +65,7 @@ class FileIndex:
         return [folder for folder, names in self._names.items() if names]
 
     def names(self, folder: Path) -> list[str]:
-        """Return the names in a folder of code as they were when first asked for, but hidden and compiled ones."""
+        """Return the names in a folder of code as they were when first read, but hidden and compiled ones."""
         found = self._names.get(str(folder))
         if found is None:
             names = sorted(os.listdir(folder)) if folder.is_dir() else []
@@ -84,7 +84,7 @@ class FileIndex:
 
 @dataclass
 class Code:
-    """Code of a stage: the digest of each file by its place, and why it may be more than that."""
+    """Code of a stage: the digest of each file by its path, and imports that cannot be followed."""
 
     digests: dict[str, str] = field(default_factory=dict)
     unknown: list[str] = field(default_factory=list)
@@ -111,18 +111,18 @@ def read_code(targets: Sequence[str], index: FileIndex, *, is_named: bool = Fals
     return reading.code
 
 
-def code_digest(place: str, index: FileIndex) -> str | None:
-    """Return the digest of one file by its ``place`` as ``code_digests`` names it; None where it is not here."""
-    if place.endswith(NOT_INSTALLED):
-        return "" if _Package(place.removesuffix(NOT_INSTALLED)).is_absent else None
-    top, _, inside = place.partition("/")
+def code_digest(location: str, index: FileIndex) -> str | None:
+    """Return the digest of one file by its ``location`` as ``code_digests`` names it; None where it is not here."""
+    if location.endswith(NOT_INSTALLED):
+        return "" if _Package(location.removesuffix(NOT_INSTALLED)).is_absent else None
+    top, _, inside = location.partition("/")
     if top.endswith(DISTRIBUTION):
         distribution = distribution_of(top.removesuffix(DISTRIBUTION))
         files = [] if distribution is None else [Path(str(distribution.locate_file(inside)))]
     else:
         package = _Package(top.removesuffix(".py"))
         files = [folder / inside for folder in package.folders] if inside else [package.file] if package.file else []
-    return next((_digest(place, file, index) for file in files if file.is_file()), None)
+    return next((_digest(location, file, index) for file in files if file.is_file()), None)
 
 
 class _Package:
@@ -162,7 +162,7 @@ class _Package:
         return None
 
     def files(self, index: FileIndex) -> Iterator[tuple[str, Path]]:
-        """Yield every file of it by its place; of a lone module, itself and the files beside it that are no code."""
+        """Yield every file of it by its path; of a lone module, itself and the files beside it that are no code."""
         if self.is_lone:
             assert self.file is not None
             yield f"{self.name}.py", self.file
@@ -172,15 +172,15 @@ class _Package:
         seen: set[str] = set()
         waiting = [(self.name, folder) for folder in self.folders]
         while waiting:
-            place, folder = waiting.pop()
+            location, folder = waiting.pop()
             if (real := os.path.realpath(folder)) in seen:  # a link to a folder that holds it
                 continue
             seen.add(real)
             for name in index.names(folder):
                 if (inner := folder / name).is_dir():
-                    waiting.append((f"{place}/{name}", inner))
+                    waiting.append((f"{location}/{name}", inner))
                 elif inner.is_file():
-                    yield f"{place}/{name}", inner
+                    yield f"{location}/{name}", inner
 
 
 class _Reading:
@@ -248,23 +248,23 @@ class _Reading:
 
     def _count_theirs(self, package: _Package) -> None:
         self._counted.add(package.name)
-        for place, file in package.files(self._index):
-            self._count(place, file)
+        for location, file in package.files(self._index):
+            self._count(location, file)
         distribution = distribution_of(package.name) if package.name in self._targets else None
         if distribution is None or distribution.read_text("RECORD") is None:
             return
         for one in distribution.files or ():
-            file, place = Path(str(distribution.locate_file(one))), one.as_posix()
+            file, location = Path(str(distribution.locate_file(one))), one.as_posix()
             if any(part.startswith("__editable__") or part in ("bin", "Scripts", "__pycache__") for part in one.parts):
                 continue  # they hold paths of this machine
             if one.parts[0].endswith(".dist-info") or one.name.endswith(UNCOUNTED) or not file.is_file():
                 continue
-            if place not in self.code.digests:
-                self._count(f"{package.name}{DISTRIBUTION}/{place}", file)
+            if location not in self.code.digests:
+                self._count(f"{package.name}{DISTRIBUTION}/{location}", file)
 
-    def _count(self, place: str, file: Path) -> None:
-        if place not in self.code.digests:
-            self.code.digests[place] = _digest(place, file, self._index)
+    def _count(self, location: str, file: Path) -> None:
+        if location not in self.code.digests:
+            self.code.digests[location] = _digest(location, file, self._index)
 
 
 def _data_beside(module: Path, index: FileIndex) -> list[Path]:
@@ -273,10 +273,10 @@ def _data_beside(module: Path, index: FileIndex) -> list[Path]:
     return [file for file in (module.parent / name for name in names) if file.is_file()]
 
 
-def _digest(place: str, file: Path, index: FileIndex) -> str:
+def _digest(location: str, file: Path, index: FileIndex) -> str:
     if file.suffix != ".py":
         return str(index.facts(file, "content", durable.file_sha256))
-    return str(_syntax(place.removesuffix(".py").removesuffix("/__init__").replace("/", "."), file, index)[0])
+    return str(_syntax(location.removesuffix(".py").removesuffix("/__init__").replace("/", "."), file, index)[0])
 
 
 def _syntax(name: str, file: Path, index: FileIndex) -> Any:

@@ -1,4 +1,4 @@
-"""The syntax of a module, read for its digest: what of it counts, what it imports, and what nobody can tell it imports.
+"""The syntax of a module, read for its digest: what of it counts, what it imports, and imports that cannot be known.
 
 Comments and blank lines never count. In our own modules neither do docstrings, declarations of stages, meanings of
 settings and what a type checker alone reads: nothing of ours reads them. In a stranger's module everything else counts.

@@ -1,9 +1,9 @@
 """A run with nothing to do, without planning it: the same command line, where no file that it depends on has changed.
 
-After a run every file and folder that decided its outcome is kept with its size, times and inode, beside the command
-line, the folder, the environment and the interpreter. Where all of that is the same next time, the outcome is too,
-and only the stored artifacts are read, byte by byte as ever. Any doubt leads to the full way. Here is what the quick
-way imports: nothing that parses command lines or configuration; ``watched`` collects what it compares.
+After a run every file and folder that decided its outcome is stored with its size, times and inode, beside the command
+line, the folder, the environment and the interpreter. Where all of that is the same next time, the outcome is too, and
+only the stored artifacts are read, byte by byte as ever. Any doubt leads to the full path. This module is what the
+quick path imports: nothing that parses command lines or configuration; ``watched`` collects what it compares.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import ReadOnlyError
-from kendama_cli.pipeline.latest import keep_latest
 from kendama_cli.pipeline.record import CPU, RunRecord, StageOutcome, begin
 from kendama_cli.store import durable
+from kendama_cli.store.home import keep_latest
 from kendama_cli.store.store import Store
 from kendama_cli.system.processor import processor
 from kendama_cli.version import __version__

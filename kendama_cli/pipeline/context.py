@@ -12,8 +12,7 @@ import numpy as np
 from kendama_cli.log.writer import McapLog
 from kendama_cli.schema.random_stream import random_stream
 from kendama_cli.stages.interface import State
-from kendama_cli.store.append_file import DurableAppendFile
-from kendama_cli.store.checkpoint import Checkpoint, CheckpointFolder
+from kendama_cli.store.checkpoint import Checkpoint, CheckpointFolder, DurableAppendFile
 
 CHECKPOINT_PERIOD_S = 1.0
 CHECKPOINT_SHARE = 0.01

@@ -1,4 +1,4 @@
-"""A finished run as Python sees it: what was asked, how it ended, and everything that its stages made."""
+"""A finished run as Python sees it: its settings, its outcome, and everything that its stages made."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kendama_cli.store.codecs import load_artifact
 
 
 class Run:
-    """A run of a pipeline: what was asked, how it ended, and everything that its stages made."""
+    """A run of a pipeline: its settings, its outcome, and everything that its stages made."""
 
     def __init__(self, record: Mapping[str, Any], pipeline_folders: Sequence[Path]) -> None:
         self.record = dict(record)

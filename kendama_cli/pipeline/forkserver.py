@@ -15,8 +15,8 @@ import numpy as np
 
 from kendama_cli.pipeline.record import versions
 from kendama_cli.pipeline.worker import ReadyStage, make_stage, work
-from kendama_cli.system.choice import system
 from kendama_cli.system.fork_server import serve
+from kendama_cli.system.interface import system
 
 
 def main() -> int:
@@ -32,7 +32,7 @@ def main() -> int:
 
 
 class _Stages:
-    """Each stage as it was asked for last: requests of a sweep that differ in seed or inputs share it."""
+    """Each stage as it was requested last; requests of a sweep that differ in seed or inputs reuse it."""
 
     def __init__(self) -> None:
         self._known: dict[str, tuple[Any, ReadyStage]] = {}

@@ -17,7 +17,7 @@ from typing import Any
 
 from kendama_cli.errors import ConfigError, MissingPartError, install_line
 from kendama_cli.pipeline.code import FileIndex
-from kendama_cli.pipeline.remembered import Remembered
+from kendama_cli.pipeline.nodes import Remembered
 from kendama_cli.schema.hints import listed
 from kendama_cli.schema.listed_file import listed_file
 from kendama_cli.schema.plain_yaml import load_yaml
@@ -56,19 +56,19 @@ def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
     return dataclasses.replace(settings, **changed)
 
 
-def at_places(settings: Any, places: Mapping[str, str]) -> Any:
-    """Return ``settings`` with the path of every input file as ``places`` has it, by the path there was."""
-    if not places or not dataclasses.is_dataclass(settings) or isinstance(settings, type):
+def at_places(settings: Any, locations: Mapping[str, str]) -> Any:
+    """Return ``settings`` with the path of every input file as ``locations`` has it, by the path there was."""
+    if not locations or not dataclasses.is_dataclass(settings) or isinstance(settings, type):
         return settings
     changed = {}
     for field in dataclasses.fields(settings):
         value = getattr(settings, field.name)
         if not field.metadata.get("file"):
-            changed[field.name] = at_places(value, places)
+            changed[field.name] = at_places(value, locations)
         elif isinstance(value, str):
-            changed[field.name] = places.get(value, value)
+            changed[field.name] = locations.get(value, value)
         elif value is not None:
-            changed[field.name] = tuple(places.get(one, one) for one in value)
+            changed[field.name] = tuple(locations.get(one, one) for one in value)
     return dataclasses.replace(settings, **changed)
 
 

@@ -9,8 +9,7 @@ from pathlib import Path
 from kendama_cli.errors import MissingPartError, UsageError
 from kendama_cli.pipeline.artifact_place import log_path
 from kendama_cli.schema.hints import nearest
-from kendama_cli.schema.parts import comes_with
-from kendama_cli.schema.registry import declared, resolve
+from kendama_cli.schema.registry import comes_with, declared, resolve
 
 EXPORTERS = "kendama.exporters"
 

@@ -7,16 +7,31 @@ A stage's declaration brings the nodes that are the stage's own; those that seve
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 from kendama_cli.errors import ConfigError, KendamaError, MissingPartError
-from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.schema.declaration import NODES, find_stage, stage_names
 from kendama_cli.schema.hints import unknown_key
-from kendama_cli.schema.parts import comes_with, missing_part
-from kendama_cli.schema.registry import declared, resolve
+from kendama_cli.schema.registry import comes_with, declared, missing_part, resolve
 from kendama_cli.schema.settings import build_value
+
+T = TypeVar("T")
+
+
+class Remembered:
+    """Results by what they were made of; objects count as the same where they are one object, which nobody changes."""
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[object, ...], tuple[tuple[object, ...], Any]] = {}
+
+    def once(self, what: str, of: tuple[object, ...], make: Callable[[], T]) -> T:
+        """Return the result of ``make``, called once for each ``what`` and objects ``of``."""
+        name = (what, *map(id, of))
+        if name not in self._made:
+            self._made[name] = (of, make())  # kept with the objects, whose ids are theirs as long as they live
+        made: T = self._made[name][1]
+        return made
 
 
 class NodeSettings(dict[str, Any]):

@@ -13,14 +13,12 @@ from kendama_cli.errors import ConfigError, UsageError
 from kendama_cli.pipeline.catalogue import Pipeline, StageSpec
 from kendama_cli.pipeline.code import Code, FileIndex
 from kendama_cli.pipeline.inputs import describe, file_contents, read_files, resolve_files
-from kendama_cli.pipeline.latest import keep_latest, read_latest
-from kendama_cli.pipeline.nodes import node_schemas
-from kendama_cli.pipeline.remembered import Remembered
+from kendama_cli.pipeline.nodes import Remembered, node_schemas
 from kendama_cli.pipeline.stage_code import stage_code
 from kendama_cli.schema.declaration import KINDS, Kind
 from kendama_cli.schema.hints import nearest
 from kendama_cli.store import durable
-from kendama_cli.store.home import check_names
+from kendama_cli.store.home import check_names, keep_latest, read_latest
 from kendama_cli.store.store import Store, StoredResult, key_of
 
 WHERE = ("executor", "store")
@@ -167,7 +165,7 @@ class Planner:
             return StagePlan(spec, key, parts, None, ("stored artifact damaged or missing",))
         reasons = self._reasons(spec, parts, inputs_known=True)
         if any(path.suffix == ".ckpt" for path in durable.listed(self.store.checkpoint_folder(spec.name, key))):
-            reasons = [*(reason for reason in reasons if reason not in NEVER_RAN), "goes on from its last checkpoint"]
+            reasons = [*(reason for reason in reasons if reason not in NEVER_RAN), "resumes from its last checkpoint"]
         return StagePlan(spec, key, parts, None, tuple(reasons))
 
     def remember(self, plan: StagePlan) -> None:

@@ -1,4 +1,4 @@
-"""The record of a run: what was asked, what came of it, when, where and with which versions. Never part of a key."""
+"""The record of a run: its settings, outcome, time, machine and versions. Never part of a key."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ from typing import Any
 
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError, UsageError
 from kendama_cli.store import durable
-from kendama_cli.store.home import STAGE
-from kendama_cli.store.runs import record_path, run_folder, run_names, run_number
-from kendama_cli.system.choice import system
+from kendama_cli.store.home import STAGE, record_path, run_folder, run_names, run_number
+from kendama_cli.system.interface import system
 from kendama_cli.system.processor import processor
 from kendama_cli.version import __version__
 
@@ -57,7 +56,7 @@ class StageOutcome:
 
 @dataclass
 class RunRecord:
-    """One run while it goes on; ``save`` makes what is known so far durable."""
+    """One run in progress; ``save`` makes what is known so far durable."""
 
     home: Path
     run: str
@@ -262,8 +261,8 @@ def elsewhere_notice(record: RunRecord) -> str | None:
     stages: dict[str, list[str]] = {}
     for stage, made_with in record.cached_with.items():
         stages.setdefault("; ".join(version_differences(made_with, record.versions)), []).append(stage)
-    told = [f"{', '.join(names)} with {others}" for others, names in stages.items() if others]
-    return f"cached results were made elsewhere: {'; '.join(told)}" if told else None
+    lines = [f"{', '.join(names)} with {others}" for others, names in stages.items() if others]
+    return f"cached results were made elsewhere: {'; '.join(lines)}" if lines else None
 
 
 def _host() -> str:

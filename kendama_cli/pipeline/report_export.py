@@ -27,11 +27,11 @@ def export_report(records: Sequence[Mapping[str, Any]], folder: Path) -> list[Pa
         for stage in records[0]["stages"]:
             files.metrics(str(stage["name"]), stage["metrics"])
     else:
-        told = [_metrics(record) for record in records]
-        names = list(dict.fromkeys(name for metrics in told for name in metrics))
+        metrics_of = [_metrics(record) for record in records]
+        names = list(dict.fromkeys(name for metrics in metrics_of for name in metrics))
         rows = [
             (record["run"], *(metrics.get(name) for name in names))
-            for record, metrics in zip(records, told, strict=True)
+            for record, metrics in zip(records, metrics_of, strict=True)
         ]
         files.table("metrics", ("run", *names), rows)
     with durable.plain_disk_errors(folder):

@@ -44,9 +44,9 @@ class Condition:
         fact = facts[self.key]
         if self.sign == "~":
             return self.value in str(fact)
-        number, wanted = _number(fact), _number(self.value)
-        if number is not None and wanted is not None:
-            return _COMPARED[self.sign](number, wanted)
+        number, other = _number(fact), _number(self.value)
+        if number is not None and other is not None:
+            return _COMPARED[self.sign](number, other)
         return _COMPARED[self.sign](str(fact), self.value)
 
 
@@ -159,10 +159,10 @@ def in_order(runs: Sequence[dict[str, Any]], sort: str | None) -> list[dict[str,
     numbers = [_number(facts[sort]) for facts in runs if sort in facts]
     as_numbers = None not in numbers
 
-    def place(facts: dict[str, Any]) -> Any:
+    def rank(facts: dict[str, Any]) -> Any:
         return _number(facts[sort]) if as_numbers else str(facts[sort])
 
-    having = sorted((facts for facts in runs if sort in facts), key=place)
+    having = sorted((facts for facts in runs if sort in facts), key=rank)
     return [*having, *(facts for facts in runs if sort not in facts)]
 
 

@@ -10,12 +10,12 @@ from typing import Any
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.record import each_run, find_run, read_run
 from kendama_cli.schema.hints import nearest
-from kendama_cli.store.runs import run_names, run_number
+from kendama_cli.store.home import run_names, run_number
 
 LAST = "last"
 SWEEP = "sweep:"
 FORMS = f"an id or number, a range 1..40, {SWEEP}NAME, or {LAST}"
-"""The words a selection is made of, as helps tell them."""
+"""The words a selection is made of, as helps show them."""
 _RANGE = re.compile(r"(\d{1,18})\.\.(\d{1,18})")
 _NAME = re.compile(r"(?=.*[A-Za-z])[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 

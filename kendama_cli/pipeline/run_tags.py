@@ -9,7 +9,7 @@ from pathlib import Path
 
 from kendama_cli.errors import UsageError
 from kendama_cli.store import durable
-from kendama_cli.store.runs import run_folder
+from kendama_cli.store.home import run_folder
 
 _TAG = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")
 

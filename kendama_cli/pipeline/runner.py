@@ -16,15 +16,13 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from kendama_cli.errors import KendamaError
-from kendama_cli.pipeline import outcomes
 from kendama_cli.pipeline.artifact_place import broken_off_log
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.plan import Planner, StagePlan, made_since
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
-from kendama_cli.pipeline.workers import Job, Workers
+from kendama_cli.pipeline.workers import Job, Workers, cached, failed, ran
 from kendama_cli.store import durable
-from kendama_cli.system.choice import system
-from kendama_cli.system.interface import Lock, Starter
+from kendama_cli.system.interface import Lock, Starter, system
 
 POLL_S = 0.1
 
@@ -179,16 +177,16 @@ class Runner:
             if job.done is not None and not job.done.get("shared"):
                 self._planner.store.share(result)
             self._planner.remember(job.plan)
-            self._end(outcomes.ran(made, seconds))
+            self._end(ran(made, seconds))
         else:
             self._failed.add(name)
-            self._end(outcomes.failed(job, code, seconds, self._record.folder / f"{name}.txt"))
+            self._end(failed(job, code, seconds, self._record.folder / f"{name}.txt"))
 
     def _finish_cached(self, plan: StagePlan) -> None:
         self._waiting.pop(plan.spec.name)
         self._plans[plan.spec.name] = plan
         self._planner.remember(plan)
-        self._end(outcomes.cached(plan, self._record))
+        self._end(cached(plan, self._record))
 
     def _end(self, outcome: StageOutcome) -> None:
         self._record.stages.append(outcome)
@@ -247,6 +245,6 @@ def _request(planner: Planner, plan: StagePlan, plans: Mapping[str, StagePlan], 
         "files": planner.files(spec.name),
         "seed": planner.seed if spec.seeded else None,
         "home": str(planner.store.home),
-        # nor is anything gone on from that other code may have begun
+        # nor is anything resumed that other code may have begun
         "fresh": fresh or (planner.kind(spec.name) != "moves" and not planner.is_cached(spec.name)),
     }

@@ -14,8 +14,7 @@ from kendama_cli.pipeline.plan import Planner
 from kendama_cli.pipeline.record import RunRecord, begin, next_number, versions
 from kendama_cli.pipeline.runner import Observer, Runner
 from kendama_cli.store.durable import canonical_json
-from kendama_cli.system.choice import system
-from kendama_cli.system.interface import Starter
+from kendama_cli.system.interface import Starter, system
 
 
 @dataclass(frozen=True)

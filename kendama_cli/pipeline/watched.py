@@ -47,23 +47,23 @@ def looked_at(pattern: str, roots: Sequence[Path]) -> Iterator[Path]:
         roots, expanded = [Path(expanded.anchor)], expanded.relative_to(expanded.anchor)
     for root in roots:
         yield root / expanded  # a file whose name has the signs of a pattern
-        places = [root]
+        locations = [root]
         for part in expanded.parts:
             if glob.has_magic(part):
-                yield from places
-            places = [
+                yield from locations
+            locations = [
                 Path(path)
-                for place in places
-                for path in (glob.glob(str(place / part)) if glob.has_magic(part) else [place / part])
+                for location in locations
+                for path in (glob.glob(str(location / part)) if glob.has_magic(part) else [location / part])
             ]
-        yield from places
+        yield from locations
 
 
 def _tree(folder: Path) -> Iterator[Path]:
     yield folder
-    for place, folders, files in os.walk(folder, followlinks=True):
-        yield from (Path(place) / name for name in folders)
-        yield from (Path(place) / name for name in files if name.endswith((".yaml", ".yml")))
+    for location, folders, files in os.walk(folder, followlinks=True):
+        yield from (Path(location) / name for name in folders)
+        yield from (Path(location) / name for name in files if name.endswith((".yaml", ".yml")))
 
 
 def _installed() -> Iterator[Path]:

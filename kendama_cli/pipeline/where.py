@@ -16,7 +16,7 @@ from kendama_cli.store.store import Shared, Store
 from kendama_cli.system.interface import Starter
 
 Tell = Callable[[str], None]
-"""Has a person read one line."""
+"""Shows a person one line."""
 
 
 class Cluster(Starter, Protocol):
@@ -47,7 +47,7 @@ def open_shared(settings: StoreSettings, tell: Tell) -> Shared | None:
     """Return the shared store that ``settings`` name; None where they name none.
 
     It comes by the entry point group ``kendama.stores``: its name is the scheme of ``store.remote``, ``file`` for a
-    folder, its value is called with ``settings`` and ``tell``, and gives a ``Shared``.
+    folder, its value is called with ``settings`` and ``tell``, and returns a ``Shared``.
     """
     if settings.remote is None:
         return None
@@ -59,14 +59,14 @@ def open_shared(settings: StoreSettings, tell: Tell) -> Shared | None:
 def open_cluster(store: Store, settings: Mapping[str, Any], tell: Tell) -> Iterator[Cluster | None]:
     """Open the machines that the node ``executor`` names; None for this one alone.
 
-    Raises UsageError where no shared store is named through which they could take and give, ClusterError where they
+    Raises UsageError where no shared store is named through which they could exchange results, ClusterError where they
     cannot be reached, MissingPartError where a library is missing.
     """
     executor = settings["executor"]
     here = isinstance(executor, LocalExecutor)
     if not here and store.shared is None:
         raise UsageError(
-            f"executor={executor.kind} needs a place through which machines give each other results: set "
+            f"executor={executor.kind} needs a store through which machines exchange results: set "
             "store.remote=/mnt/shared/kendama (a folder that all mount) or store.remote=s3://bucket/prefix"
         )
     # between two runs of a sweep, too, its workers need what the home keeps for them

@@ -37,7 +37,7 @@ from kendama_cli.store.checkpoint import CheckpointFolder
 from kendama_cli.store.codecs import load_artifact, save_artifact
 from kendama_cli.store.durable import canonical_json, plain_disk_errors
 from kendama_cli.store.store import Store
-from kendama_cli.system.choice import system
+from kendama_cli.system.interface import system
 
 Emit = Callable[[Mapping[str, Any]], None]
 """Sends one event to the process that started the worker."""
@@ -110,9 +110,9 @@ def make_stage(request: Mapping[str, Any]) -> ReadyStage:
             f"stage '{request['stage']}' does not take the nodes that its pipeline entry lists under 'config' ({fed}): "
             f"{error}"
         ) from error
-    places = request.get("places", {})  # where files are on this machine; the log tells where they were named
-    stage = stage_class(**{own: at_places(value, places) for own, value in settings.items()})
-    # what cannot be kept need not be made
+    locations = request.get("places", {})  # where files are on this machine; the log has the paths as they were named
+    stage = stage_class(**{own: at_places(value, locations) for own, value in settings.items()})
+    # what cannot be stored need not be made
     returns = artifact_type(declaration.returns, f"stage '{request['stage']}'")
     return ReadyStage(declaration, stage, settings, returns)
 
@@ -135,7 +135,7 @@ def run_stage(request: Mapping[str, Any], emit: Emit, ready: ReadyStage) -> dict
         try:
             made = ready.stage.run(given, context)
         except BaseException as error:
-            # of a computation that was interrupted the checkpoint is kept; of one that gave up only its log says why
+            # of a computation that was interrupted the checkpoint stays; of one that failed only its log says why
             if ready.declaration.kind != "computes" or isinstance(error, StageError):
                 _keep_log(request, context, ready.settings, str(error))
             raise
@@ -159,7 +159,7 @@ def _finish(
     """Keep what the stage made; the event that reports it."""
     if not isinstance(made, StageResult):
         raise StageError(
-            f"stage '{request['stage']}' gave a {type(made).__name__}; a stage gives StageResult(artifact, metrics)"
+            f"stage '{request['stage']}' returned a {type(made).__name__}, not a StageResult(artifact, metrics)"
         )
     metrics = {key: _plain(value) for key, value in made.metrics.items()}
     for key, value in metrics.items():

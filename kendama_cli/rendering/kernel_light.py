@@ -48,8 +48,8 @@ def list_samples(
 ) -> None:  # fmt: skip
     """Write the samples tile by tile: one per pixel inside a mesh, which is known, and 4 or 16 fresh ones elsewhere.
 
-    ``pattern`` (16, 3) holds each sample's place to the right and down [px] and its part of the exposure from the
-    middle; a pixel of four samples takes every fourth. A pixel's ray bends by its neighbours' central differences.
+    ``pattern`` (16, 3) holds each sample's offset to the right and down [px] and its part of the exposure from the
+    centre; a pixel of four samples takes every fourth. A pixel's ray bends by its neighbours' central differences.
     """
     height, width = rays.shape[0], rays.shape[1]
     across = (width + TILE - 1) // TILE
@@ -130,9 +130,9 @@ def face(owner: Array, normal: Array, start: Array, lamp: Array, cosine: Array, 
             continue
         along = length2 = 0.0
         for i in range(3):
-            way = lamp[i] - start[n, i]
-            along += normal[n, i] * way
-            length2 += way * way
+            towards = lamp[i] - start[n, i]
+            along += normal[n, i] * towards
+            length2 += towards * towards
         if along > 0:
             cosine[n], lit[n] = along / math.sqrt(length2), 1
 
@@ -146,16 +146,16 @@ def add_light(free: Array, strength: Array, cosine: Array, brightness: float, ir
 
 
 @compiled
-def paint_ball(owner: Array, normal: Array, turn: Array, pattern: int) -> None:
-    """Give samples on the ball's second colour their own owner; ``turn`` (3, 3) has the ball's axes as columns."""
+def paint_ball(owner: Array, normal: Array, rotation: Array, pattern: int) -> None:
+    """Give samples on the ball's second colour their own owner; ``rotation`` (3, 3) has the ball's axes as columns."""
     for n in range(len(owner)):
         if owner[n] != BALL_OWNER:
             continue
         x = y = z = 0.0
         for i in range(3):
-            x += turn[i, 0] * normal[n, i]
-            y += turn[i, 1] * normal[n, i]
-            z += turn[i, 2] * normal[n, i]
+            x += rotation[i, 0] * normal[n, i]
+            y += rotation[i, 1] * normal[n, i]
+            z += rotation[i, 2] * normal[n, i]
         if pattern == TWO_TONE:
             second = z < 0.0
         elif pattern == STRIPED:
@@ -226,8 +226,8 @@ def digitise(
 ) -> None:  # fmt: skip
     """Convert electrons with shot and read noise, clipped at the full well, to 8 bits by the table ``levels``; BGR.
 
-    The noise of a pixel hangs on ``key`` and the pixel's place alone: the sum of eight bytes of splitmix64, which is
-    normal to 5 sigma but for a kurtosis of -0.15.
+    The noise of a pixel depends on ``key`` and the pixel's position alone: the sum of eight bytes of splitmix64, which
+    is normal to 5 sigma but for a kurtosis of -0.15.
     """
     top_level = len(levels) - 1
     for y in range(light.shape[0]):

@@ -16,7 +16,7 @@ TILE = 16
 NOTHING = -1
 """Owner of a ray that met no body."""
 SMOOTH, EDGE, ALL = 0, 4, 16
-"""Samples of a pixel: none of its own (one ray through its middle), few, or all of the pattern."""
+"""Samples of a pixel: none of its own (one ray through its centre), few, or all of the pattern."""
 
 
 @compiled
@@ -24,7 +24,7 @@ def mark_near(
     tiles: Array, window: Array, rays: Array, origin: Array, a: Array, b: Array, reach: float, spread: float, bit: int,
     samples: int, level: Array, bits: Array,
 ) -> None:  # fmt: skip
-    """Ask for ``samples`` in the pixels whose rays pass within ``reach`` of the way from ``a`` to ``b``.
+    """Ask for ``samples`` in the pixels whose rays pass within ``reach`` of the segment from ``a`` to ``b``.
 
     ``spread`` is half a pixel's diagonal in units of the ray's length along the optical axis. The distance of line
     and segment is that of the segment's nearest point to the line, the segment seen along the line.
@@ -39,16 +39,16 @@ def mark_near(
                 dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
                 da = dw = ww = aw = aa = 0.0
                 for i in range(3):
-                    gap, way = a[i] - origin[i], b[i] - a[i]
+                    gap, along = a[i] - origin[i], b[i] - a[i]
                     da += d[i] * gap
-                    dw += d[i] * way
-                    ww += way * way
-                    aw += gap * way
+                    dw += d[i] * along
+                    ww += along * along
+                    aw += gap * along
                     aa += gap * gap
-                sideways = ww - dw * dw / dd
-                share = min(max(-(aw - da * dw / dd) / sideways, 0.0), 1.0) if sideways > 1e-18 else 0.0
-                forward = (da + share * dw) / dd
-                off2 = aa + 2 * share * aw + share * share * ww - forward * forward * dd
+                lateral = ww - dw * dw / dd
+                fraction = min(max(-(aw - da * dw / dd) / lateral, 0.0), 1.0) if lateral > 1e-18 else 0.0
+                forward = (da + fraction * dw) / dd
+                off2 = aa + 2 * fraction * aw + fraction * fraction * ww - forward * forward * dd
                 margin = reach + spread * abs(forward)
                 if forward > -reach and off2 <= margin * margin:
                     level[v, u] = max(level[v, u], samples)

@@ -1,7 +1,7 @@
 # ruff: noqa: PLR0917 - compiled code takes arrays one by one
-"""Rays through pixels and from points to lamps, handed to meshes in the meshes' own frames, as compiled code.
+"""Rays through pixels and from points to lamps, transformed into the meshes' own frames, as compiled code.
 
-``into`` (k, 3, 4) are a mesh's maps from the world at k moments; ``tau`` in [0, k - 1] is a ray's own moment. A tile is
+``into`` (k, 3, 4) are a mesh's maps from the world at k times; ``tau`` in [0, k - 1] is a ray's own time. A tile is
 a square of ``TILE`` pixels.
 """
 
@@ -20,7 +20,7 @@ BEYOND = 1.0001
 
 @compiled
 def pose_at(into: Array, tau: float, pose: Array) -> None:
-    """Interpolate ``pose`` (3, 4) at ``tau``, straight between the moments."""
+    """Interpolate ``pose`` (3, 4) at ``tau``, linearly between the times."""
     k = min(max(int(tau), 0), len(into) - 2)
     f = tau - k
     for i in range(3):
@@ -62,22 +62,22 @@ def local_ray(start: Array, towards: Array, pose: Array, o: Array, d: Array) -> 
 
 @compiled
 def bundles_into_box(
-    starts: Array, ways: Array, far: float, widths: Array, centre: Array, reach: float, pose: Array, low: Array,
+    starts: Array, rays: Array, far: float, widths: Array, centre: Array, reach: float, pose: Array, low: Array,
     high: Array, may: Array,
 ) -> None:  # fmt: skip
     """Set ``may`` (n,) where a ray of a bundle may meet a box in a sphere; ``pose`` (3, 4) takes world points to the
     box.
 
-    A bundle stays within its ``width`` [m] of its axis, ``starts`` (n, 3) or (1, 3) + t ``ways`` (n, 3), 0 <= t <= far.
+    A bundle stays within its ``width`` [m] of its axis, ``starts`` (n, 3) or (1, 3) + t ``rays`` (n, 3), 0 <= t <= far.
     A ball of the world is as wide along a side of the box as the pose's row there is long.
     """
     o, d, below, above = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    for n in range(len(ways)):
-        start, way = starts[0 if len(starts) == 1 else n], ways[n]
-        if misses(start[0], start[1], start[2], way[0], way[1], way[2], centre, reach + widths[n]):
+    for n in range(len(rays)):
+        start, ray = starts[0 if len(starts) == 1 else n], rays[n]
+        if misses(start[0], start[1], start[2], ray[0], ray[1], ray[2], centre, reach + widths[n]):
             may[n] = False
             continue
-        local_ray(start, way, pose, o, d)
+        local_ray(start, ray, pose, o, d)
         for i in range(3):
             grown = widths[n] * math.sqrt(pose[i, 0] ** 2 + pose[i, 1] ** 2 + pose[i, 2] ** 2)
             below[i], above[i] = low[i] - grown, high[i] + grown
@@ -86,14 +86,14 @@ def bundles_into_box(
 
 @compiled
 def pixels_into_mesh(
-    tiles: Array, window: Array, field: Array, place: Array, shadow: bool, row_tau: Array, far: Array,
+    tiles: Array, window: Array, field: Array, position: Array, shadow: bool, row_tau: Array, far: Array,
     centre: Array, reach: float, into: Array, low: Array, high: Array, index: Array, origins: Array, directions: Array,
 ) -> int:  # fmt: skip
     """Return one ray per pixel of ``tiles`` that may meet a mesh bounded by a sphere; the number of rays written.
 
-    From ``place`` along ``field``, the camera's rays, or, for a ``shadow``, from ``field``, points, to the lamp at
-    ``place``. ``window`` is left, top, right, bottom; ``far`` (h, w), of the whole image as ``field`` is, says how many
-    times its way a pixel's ray goes.
+    From ``position`` along ``field``, the camera's rays, or, for a ``shadow``, from ``field``, points, to the lamp at
+    ``position``. ``window`` is left, top, right, bottom; ``far`` (h, w), of the image as ``field`` is, says how many
+    times its length a pixel's ray goes.
     """
     pose, o, d, towards = np.empty((3, 4)), np.empty(3), np.empty(3), np.empty(3)
     width = field.shape[1]
@@ -108,12 +108,12 @@ def pixels_into_mesh(
                     continue
                 if shadow:
                     x, y, z = field[v, u, 0], field[v, u, 1], field[v, u, 2]
-                    towards[0], towards[1], towards[2] = place[0] - x, place[1] - y, place[2] - z
+                    towards[0], towards[1], towards[2] = position[0] - x, position[1] - y, position[2] - z
                     if misses(x, y, z, towards[0], towards[1], towards[2], centre, reach):
                         continue
                     local_ray(field[v, u], towards, pose, o, d)
                 else:
-                    local_ray(place, field[v, u], pose, o, d)
+                    local_ray(position, field[v, u], pose, o, d)
                 if enters(o, d, low, high, far[v, u] * BEYOND):
                     index[count] = v * width + u
                     for i in range(3):
@@ -124,10 +124,10 @@ def pixels_into_mesh(
 
 @compiled
 def rays_into_mesh(
-    tiles: Array, first: Array, starts: Array, ends: Array, taus: Array, wanted: Array, far: Array, centre: Array,
+    tiles: Array, first: Array, starts: Array, ends: Array, taus: Array, active: Array, far: Array, centre: Array,
     reach: float, into: Array, low: Array, high: Array, index: Array, origins: Array, directions: Array,
 ) -> int:  # fmt: skip
-    """Return the wanted rays of some tiles that may meet a mesh bounded by a sphere; the number written.
+    """Return the active rays of some tiles that may meet a mesh bounded by a sphere; the number written.
 
     Rays ``first[k]`` to ``first[k + 1]`` of the n are of tile k. ``starts`` and ``ends`` are (n, 3) or (1, 3) for all;
     a ray's parameter is 0 at its start and 1 at its end, and it goes up to ``far`` (n,).
@@ -137,7 +137,7 @@ def rays_into_mesh(
     from_one, to_one = len(starts) == 1, len(ends) == 1
     for tile in tiles:
         for n in range(first[tile], first[tile + 1]):
-            if wanted[n] == 0:
+            if active[n] == 0:
                 continue
             start, end = starts[0 if from_one else n], ends[0 if to_one else n]
             for i in range(3):
@@ -157,17 +157,17 @@ def rays_into_mesh(
 
 
 @compiled
-def bound_starts(first: Array, wanted: Array, starts: Array, middle: Array, reach: Array) -> None:
-    """Compute a ball about the wanted ``starts`` of each tile: ``middle`` (m, 3), ``reach`` (m,), -1 about none."""
+def bound_starts(first: Array, active: Array, starts: Array, center: Array, reach: Array) -> None:
+    """Compute a ball about the active ``starts`` of each tile: ``center`` (m, 3), ``reach`` (m,), -1 about none."""
     low, high = np.empty(3), np.empty(3)
     for tile in range(len(first) - 1):
         low[:], high[:], reach[tile] = math.inf, -math.inf, -1.0
         for n in range(first[tile], first[tile + 1]):
-            if wanted[n]:
+            if active[n]:
                 for i in range(3):
                     low[i], high[i] = min(low[i], starts[n, i]), max(high[i], starts[n, i])
         if low[0] <= high[0]:
-            middle[tile] = (low + high) / 2
+            center[tile] = (low + high) / 2
             reach[tile] = math.sqrt(((high - low) ** 2).sum()) / 2
 
 
@@ -179,7 +179,7 @@ def take_nearer(
     """Enter hits of one mesh where they are nearer than what stands in ``depth``, ``owner`` and ``triangle``.
 
     The distance is that to the triangle's plane, t = (a - o) n / (d n) in double precision. Of equal ones the part of
-    the lower number is taken, so that the order in which parts are asked does not matter.
+    the lower number is taken, so that the order in which parts are tested does not matter.
     """
     for n in range(len(hits)):
         hit = hits[n]

@@ -1,8 +1,8 @@
 # ruff: noqa: PLR0917 - compiled code takes arrays one by one
 """Ball, cup and rope by their closed forms, as compiled code: where a ray meets them first, and who shades whom.
 
-A ray is p = o + t d with d of any length; a miss has t = inf. All poses come as arrays of k moments, and ``tau`` in
-[0, k - 1] is the ray's own moment.
+A ray is p = o + t d with d of any length; a miss has t = inf. All poses come as arrays of k times, and ``tau`` in
+[0, k - 1] is the ray's own time.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from kendama_cli.system.compiled import Array, compiled
 NEAR = 1e-6
 """A ray that starts on a surface does not hit that surface again."""
 BALL, CUP, ROPE, PIECES = 0, 1, 2, 60
-"""Places of the bodies in a pixel's 64 bits, the rope's pieces from ROPE on (the 61st shares the first's place)."""
+"""Bits of the bodies in a pixel's 64, the rope's pieces from ROPE on (the 61st has the first's bit)."""
 
 
 class Sizes(NamedTuple):
-    """Sizes of ball, cup and rope [m]; ``cup_floor_m`` is the floor's height over the cup's place, on a handle or 0."""
+    """Sizes of ball, cup and rope [m]; ``cup_floor_m`` is the floor's height over the cup's origin, or 0."""
 
     ball_m: float
     cup_inner_m: float
@@ -35,7 +35,7 @@ class Sizes(NamedTuple):
 
 @compiled
 def moment(count: int, tau: float) -> tuple[int, float]:
-    """Return the moment before ``tau`` and the part of the way to the next."""
+    """Return the index before ``tau`` and the fraction to the next."""
     k = min(max(int(tau), 0), count - 2)
     return k, tau - k
 
@@ -111,15 +111,15 @@ def capsule(o: Array, d: Array, points: Array, piece: int, tau: float, radius: f
 
 
 @compiled
-def open_cup(o: Array, d: Array, places: Array, turns: Array, tau: float, s: Sizes, normal: Array) -> float:
+def open_cup(o: Array, d: Array, positions: Array, rotations: Array, tau: float, s: Sizes, normal: Array) -> float:
     """Return a round cup of wall, floor and rim, that can be looked into, and the handle under it."""
-    k, f = moment(len(places), tau)
+    k, f = moment(len(positions), tau)
     ox = oy = oz = dx = dy = dz = 0.0
     for i in range(3):
-        gap = o[i] - (places[k, i] + f * (places[k + 1, i] - places[k, i]))
-        rx = turns[k, i, 0] + f * (turns[k + 1, i, 0] - turns[k, i, 0])
-        ry = turns[k, i, 1] + f * (turns[k + 1, i, 1] - turns[k, i, 1])
-        rz = turns[k, i, 2] + f * (turns[k + 1, i, 2] - turns[k, i, 2])
+        gap = o[i] - (positions[k, i] + f * (positions[k + 1, i] - positions[k, i]))
+        rx = rotations[k, i, 0] + f * (rotations[k + 1, i, 0] - rotations[k, i, 0])
+        ry = rotations[k, i, 1] + f * (rotations[k + 1, i, 1] - rotations[k, i, 1])
+        rz = rotations[k, i, 2] + f * (rotations[k + 1, i, 2] - rotations[k, i, 2])
         ox, oy, oz = ox + gap * rx, oy + gap * ry, oz + gap * rz
         dx, dy, dz = dx + d[i] * rx, dy + d[i] * ry, dz + d[i] * rz
     oz -= s.cup_floor_m
@@ -145,17 +145,17 @@ def open_cup(o: Array, d: Array, places: Array, turns: Array, tau: float, s: Siz
                 best, nx, ny, nz = t, 0.0, 0.0, -1.0 if face == 2 else 1.0
     if best < math.inf:
         for i in range(3):
-            rx = turns[k, i, 0] + f * (turns[k + 1, i, 0] - turns[k, i, 0])
-            ry = turns[k, i, 1] + f * (turns[k + 1, i, 1] - turns[k, i, 1])
-            rz = turns[k, i, 2] + f * (turns[k + 1, i, 2] - turns[k, i, 2])
+            rx = rotations[k, i, 0] + f * (rotations[k + 1, i, 0] - rotations[k, i, 0])
+            ry = rotations[k, i, 1] + f * (rotations[k + 1, i, 1] - rotations[k, i, 1])
+            rz = rotations[k, i, 2] + f * (rotations[k + 1, i, 2] - rotations[k, i, 2])
             normal[i] = nx * rx + ny * ry + nz * rz
     return best
 
 
 @compiled
 def meet(
-    start: Array, directions: Array, taus: Array, bits: Array, balls: Array, cups: Array, turns: Array, ropes: Array,
-    sizes: Sizes, depth: Array, owner: Array, normals: Array,
+    start: Array, directions: Array, taus: Array, bits: Array, balls: Array, cups: Array, rotations: Array,
+    ropes: Array, sizes: Sizes, depth: Array, owner: Array, normals: Array,
 ) -> None:  # fmt: skip
     """Enter into ``depth``, ``owner`` and ``normals`` where rays from ``start`` meet ball, cup or rope first.
 
@@ -173,7 +173,7 @@ def meet(
                 depth[i], owner[i] = t, -2 - BALL
                 normals[i, 0], normals[i, 1], normals[i, 2] = normal[0], normal[1], normal[2]
         if near & 2:
-            t = open_cup(start, d, cups, turns, tau, sizes, normal)
+            t = open_cup(start, d, cups, rotations, tau, sizes, normal)
             if t < depth[i]:
                 depth[i], owner[i] = t, -2 - CUP
                 normals[i, 0], normals[i, 1], normals[i, 2] = normal[0], normal[1], normal[2]
@@ -187,7 +187,7 @@ def meet(
 
 @compiled
 def shade(
-    starts: Array, lamp: Array, taus: Array, balls: Array, cups: Array, turns: Array, sizes: Sizes, owner: Array,
+    starts: Array, lamp: Array, taus: Array, balls: Array, cups: Array, rotations: Array, sizes: Sizes, owner: Array,
     free: Array,
 ) -> None:  # fmt: skip
     """Set ``free`` (n,) to 0 where ball or cup stands between ``starts`` (n, 3) and the lamp; a rope is too thin."""
@@ -206,7 +206,7 @@ def shade(
         for j in range(3):
             gap = balls[k, j] + f * (balls[k + 1, j] - balls[k, j]) - starts[i, j]
             ball2, ball_along = ball2 + gap * gap, ball_along + gap * d[j]
-            gap = cups[k, j] + f * (cups[k + 1, j] - cups[k, j]) + turns[k, j, 2] * half - starts[i, j]
+            gap = cups[k, j] + f * (cups[k + 1, j] - cups[k, j]) + rotations[k, j, 2] * half - starts[i, j]
             cup2, cup_along = cup2 + gap * gap, cup_along + gap * d[j]
         if (
             owner[i] != -2 - BALL
@@ -220,6 +220,6 @@ def shade(
         if (
             off2 < 1.02 * cup_reach**2
             and cup_along > -cup_reach * math.sqrt(dd)
-            and open_cup(starts[i], d, cups, turns, taus[i], sizes, scratch) < 1
+            and open_cup(starts[i], d, cups, rotations, taus[i], sizes, scratch) < 1
         ):
             free[i] = 0

@@ -24,7 +24,7 @@ Triple = tuple[float, float, float]
 class LinkMesh:
     """The surface of one link of a robot, in the link's frame.
 
-    ``vertices_m`` (n, 3), ``triangles`` (m, 3) indices into them; which way round does not matter. ``rgb`` is the
+    ``vertices_m`` (n, 3), ``triangles`` (m, 3) indices into them; their orientation does not matter. ``rgb`` is the
     reflectance, linear red, green, blue.
     """
 
@@ -73,7 +73,7 @@ class Surface:
         return np.asarray(self._scene.run(origins, directions, query="INTERSECT"))
 
     def blocked(self, origins: NDArray[np.float32], directions: NDArray[np.float32]) -> NDArray[np.int32]:
-        """Return whether (n,) the way from each origin to origin + direction is blocked: -1 where it is free."""
+        """Return what (n,) blocks the segment from each origin to origin + direction: -1 where it is free."""
         reach = np.ones(len(origins), dtype=np.float32)
         return np.asarray(self._scene.run(origins, directions, dists=reach, query="OCCLUDED"))
 

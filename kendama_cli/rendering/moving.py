@@ -1,4 +1,4 @@
-"""The scene over the time that one frame takes: poses at a few moments, between which all moves straight."""
+"""The scene over the time that one frame takes: poses at a few times, between which all moves linearly."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import AppearanceSettings
 
 STEP_S = 0.002
-"""Between two moments; a ball in free flight bends away from the straight line by 5 um meanwhile."""
+"""Step between two times; a ball in free flight bends away from the straight line by 5 um meanwhile."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """A mesh on its way: ``into`` (k, 3, 4) takes world points into its frame at each moment.
+    """A moving mesh: ``into`` (k, 3, 4) takes world points into its frame at each time.
 
-    ``centre_m`` and ``reach_m`` bound it at all moments by a sphere; no point of it goes farther than ``travel_m``.
+    ``centre_m`` and ``reach_m`` bound it at all times by a sphere; no point of it goes farther than ``travel_m``.
     """
 
     surface: Surface
@@ -35,7 +35,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Moving:
-    """Bodies at k >= 2 moments, equally spaced over a frame's time."""
+    """Bodies at k >= 2 times, equally spaced over a frame's time."""
 
     ball_m: Array
     """(k, 3)"""
@@ -52,9 +52,9 @@ class Moving:
 class Shot:
     """Settings of one frame: the bodies, the exposure time of each row, and the strength of the lamps then.
 
-    ``row_tau`` (h,) is each row's mid-exposure in [0, k - 1] of the k moments of ``moving``, ``spread_tau`` the
+    ``row_tau`` (h,) is each row's mid-exposure in [0, k - 1] of the k times of ``moving``, ``spread_tau`` the
     exposure on that scale, ``strength`` (h,) the lamps' mean strength over each row's exposure. A patterned ball has
-    turned since time 0 until ``t_s``.
+    rotated since time 0 until ``t_s``.
     """
 
     t_s: float
@@ -134,7 +134,7 @@ def _rod(a_m: Array, b_m: Array, radius_m: float) -> Array | None:
     length = np.linalg.norm(along, axis=1, keepdims=True)
     if length.min() < 1e-9:
         return None
-    aside = np.eye(3)[np.argmin(np.abs(along[0]))]  # one choice for all moments, so that the frame does not jump
+    aside = np.eye(3)[np.argmin(np.abs(along[0]))]  # one choice for all times, so that the frame does not jump
     first = np.cross(along, aside)
     first *= radius_m / np.linalg.norm(first, axis=1, keepdims=True)
     second = np.cross(along / length, first)

@@ -48,10 +48,10 @@ def side_by_side(panels: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
 
 def write_text(image: NDArray[np.uint8], text: str, line: int) -> None:
     """Write ``text`` into the image, in its ``line`` from above."""
-    place = (8, 20 + 20 * line)
+    position = (8, 20 + 20 * line)
     (width, height), below = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)
-    image[place[1] - height - 3 : place[1] + below + 3, 4 : width + 12] = BLACK
-    cv2.putText(image, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, WHITE, 1, cv2.LINE_AA)
+    image[position[1] - height - 3 : position[1] + below + 3, 4 : width + 12] = BLACK
+    cv2.putText(image, text, position, cv2.FONT_HERSHEY_SIMPLEX, 0.5, WHITE, 1, cv2.LINE_AA)
 
 
 def draw_line(image: NDArray[np.uint8], a: NDArray[np.float64], b: NDArray[np.float64], colour: Sequence[int]) -> None:

@@ -21,19 +21,19 @@ class ScenePose:
     ball_m: Array
     """(3,) centre"""
     cup_m: Array
-    """(3,) the rope's tie point, under the middle of the cup's floor"""
+    """(3,) the rope's tie point, under the centre of the cup's floor"""
     cup_rotation: Array
     """(3, 3) cup axes in the world; the third column points out of the opening"""
     rope_m: Array
     """(k, 3) points along the rope; k = 0 shows none"""
     arm_m: Array
-    """(j, 3) joints of the arm from base to hand, drawn as rods; j = 0 shows none"""
+    """(j, 3) joints of the arm from base to tip, drawn as rods; j = 0 shows none"""
     links: Array = field(default_factory=_no_links)
-    """(n, 3, 4) rotation and place [R | p] of each link whose mesh the camera was given, in the same order"""
+    """(n, 3, 4) rotation and position [R | p] of each link whose mesh the camera has, in the same order"""
 
 
 Scene = Callable[[float], ScenePose]
-"""The scene at a time [s]; a camera asks for several moments within one exposure."""
+"""The scene at a time [s]; a camera asks for several times within one exposure."""
 
 
 def hanging_rope(tie_m: Array, ball_m: Array, length_m: float, n_points: int = 9) -> Array:

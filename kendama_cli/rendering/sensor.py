@@ -1,4 +1,4 @@
-"""Sensor of a camera, from light to numbers: focus, gain, noise, and losses on the way to the computer."""
+"""Sensor of a camera, from light to numbers: focus, gain, noise, and losses in transmission."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Sensor:
     ) -> NDArray[np.uint8]:
         """Return the pixels (h, w, 3) of ``region`` of ``image``, BGR, at ``t_s``; ``key`` is the noise's.
 
-        ``light`` gives the light (h, w, 3) in a region, linear, red green blue.
+        ``light`` returns the light (h, w, 3) in a region, linear, red green blue.
         """
         sent = self._sent(region).within(image)
         seen = Region(
@@ -44,7 +44,7 @@ class Sensor:
         return np.ascontiguousarray(_part(pixels, sent, region))
 
     def _sent(self, region: Region) -> Region:
-        """Return what has to be digitised, that coding ``region`` gives what coding the whole image gives."""
+        """Return the region to digitise so that coding ``region`` equals coding the whole image there."""
         if self._settings.encoding == "raw":
             return region
         low = [max(side // BLOCK_PX - 1, 0) * BLOCK_PX for side in (region.left, region.top)]

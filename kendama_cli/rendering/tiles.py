@@ -1,4 +1,4 @@
-"""Squares of an image, and which of them a body can concern at all."""
+"""Squares of an image, and a test of those that a body can affect."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Tiles:
         self._lit = _of_tiles(np.maximum, lit.max(axis=(0, 3), initial=0.0)).ravel() > 0
 
     def inside(self, window: Region) -> NDArray[np.int64]:
-        """Return the tiles that share a pixel with ``window``."""
+        """Return the tiles that overlap ``window``."""
         rows = np.arange(window.top // TILE, -(-window.bottom // TILE))
         columns = np.arange(window.left // TILE, -(-window.right // TILE))
         return np.asarray((rows[:, None] * self._across + columns).ravel(), dtype=np.int64)
@@ -68,9 +68,9 @@ class Tiles:
         ``lamp_m``.
         """
         start = self._centre[tiles]
-        way, apart = lamp_m - start, centre_m - start
-        share = np.clip((way * apart).sum(axis=1) / (way * way).sum(axis=1), 0.0, 1.0)
-        off = np.linalg.norm(apart - share[:, None] * way, axis=1)
+        towards, apart = lamp_m - start, centre_m - start
+        fraction = np.clip((towards * apart).sum(axis=1) / (towards * towards).sum(axis=1), 0.0, 1.0)
+        off = np.linalg.norm(apart - fraction[:, None] * towards, axis=1)
         return np.asarray(tiles[off <= reach_m + self._reach[tiles] + 1e-6])
 
     def showing_part(self, tiles: NDArray[np.int64], part: Part) -> NDArray[np.bool_]:
@@ -84,11 +84,11 @@ class Tiles:
         return bundles_meeting(part, centre, lamp_m - centre, 1.0, self._reach[tiles])
 
 
-def bundles_meeting(part: Part, starts: Array, ways: Array, far: float, widths: Array) -> NDArray[np.bool_]:
+def bundles_meeting(part: Part, starts: Array, rays: Array, far: float, widths: Array) -> NDArray[np.bool_]:
     """Return which bundles (n,) of rays may meet the part's box, wherever it is meanwhile."""
-    may = np.empty(len(ways), dtype=np.bool_)
+    may = np.empty(len(rays), dtype=np.bool_)
     bundles_into_box(
-        starts, ways, far, widths + part.travel_m + 1e-6, part.centre_m, part.reach_m, part.into[0],
+        starts, rays, far, widths + part.travel_m + 1e-6, part.centre_m, part.reach_m, part.into[0],
         part.surface.low, part.surface.high, may,
     )  # fmt: skip
     return may

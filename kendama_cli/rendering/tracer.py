@@ -33,10 +33,10 @@ class Listed:
 
 
 class Tracer:
-    """Hands rays to the meshes that they may meet, the nearest mesh first, so that what stands behind it is not asked.
+    """Tests rays against the meshes that they may meet, the nearest mesh first, so that those behind it are skipped.
 
-    It keeps the space for the handed rays from frame to frame.
-    ``tau`` and ``row_tau`` are the rays' own moments, as the kernels count them.
+    It reuses the buffers of the rays from frame to frame.
+    ``tau`` and ``row_tau`` are the rays' own times, as in the kernels.
     """
 
     def __init__(self, tiles: Tiles, height_px: int, width_px: int) -> None:
@@ -48,7 +48,7 @@ class Tracer:
     def look(
         self, parts: Sequence[Part], window: Region, rays: Array, origin: Array, *, row_tau: Array, met: Met
     ) -> NDArray[np.int64]:
-        """Enter into ``met``, flat over the image, what the middle of each pixel of ``window`` shows.
+        """Enter into ``met``, flat over the image, what the centre of each pixel of ``window`` shows.
 
         Returns the tiles in which a part can be seen.
         """
@@ -58,7 +58,7 @@ class Tracer:
             may = self._tiles.showing_part(tiles, part)
             seen |= may
             count = kernel_rays.pixels_into_mesh(
-                tiles[may], _corners(window), rays, origin, False, row_tau, far, part.centre_m, part.reach_m,
+                tiles[may], window.corners, rays, origin, False, row_tau, far, part.centre_m, part.reach_m,
                 part.into, part.surface.low, part.surface.high, self._index, self._origins, self._directions,
             )  # fmt: skip
             self._take(part, number, count, met)
@@ -72,16 +72,16 @@ class Tracer:
         *,
         listed: Listed,
         tau: Array,
-        wanted: NDArray[np.uint8],
+        active: NDArray[np.uint8],
         met: Met,
     ) -> None:
-        """Enter into ``met`` what the wanted rays (n, 3) from ``origin`` meet."""
+        """Enter into ``met`` what the active rays (n, 3) from ``origin`` meet."""
         self._reserve(len(tau))
         ends = origin + directions
         for number, part in _nearest_first(parts, origin):
             near = np.flatnonzero(self._tiles.showing_part(listed.tiles, part))
             count = kernel_rays.rays_into_mesh(
-                near, listed.first, origin[None], ends, tau, wanted, met.depth, part.centre_m, part.reach_m, part.into,
+                near, listed.first, origin[None], ends, tau, active, met.depth, part.centre_m, part.reach_m, part.into,
                 part.surface.low, part.surface.high, self._index, self._origins, self._directions,
             )  # fmt: skip
             self._take(part, number, count, met)
@@ -99,15 +99,15 @@ class Tracer:
     ) -> None:
         """Set ``free`` (n,) to 0 where a mesh stands between ``starts`` (n, 3), on their owners, and ``lamp``."""
         self._reserve(len(tau))
-        middle, reach = np.empty((len(listed.tiles), 3)), np.empty(len(listed.tiles))
-        kernel_rays.bound_starts(listed.first, free, starts, middle, reach)
+        center, reach = np.empty((len(listed.tiles), 3)), np.empty(len(listed.tiles))
+        kernel_rays.bound_starts(listed.first, free, starts, center, reach)
         lit = np.flatnonzero(reach >= 0)
-        middle, reach = middle[lit], reach[lit]
+        center, reach = center[lit], reach[lit]
         for number, part in enumerate(parts):
-            near = lit[bundles_meeting(part, middle, lamp - middle, 1.0, reach)]
-            wanted = free * (owner != number) if part.surface.convex else free  # a rod never shades itself
+            near = lit[bundles_meeting(part, center, lamp - center, 1.0, reach)]
+            active = free * (owner != number) if part.surface.convex else free  # a rod never shades itself
             count = kernel_rays.rays_into_mesh(
-                near, listed.first, starts, lamp[None], tau, wanted, wanted, part.centre_m, part.reach_m, part.into,
+                near, listed.first, starts, lamp[None], tau, active, active, part.centre_m, part.reach_m, part.into,
                 part.surface.low, part.surface.high, self._index, self._origins, self._directions,
             )  # fmt: skip
             self._block(part, count, free)
@@ -127,7 +127,7 @@ class Tracer:
         for part in parts:
             near = tiles[self._tiles.shaded_by_part(tiles, part, lamp)]
             count = kernel_rays.pixels_into_mesh(
-                near, _corners(region), points, lamp, True, row_tau, free, part.centre_m, part.reach_m,
+                near, region.corners, points, lamp, True, row_tau, free, part.centre_m, part.reach_m,
                 part.into, part.surface.low, part.surface.high, self._index, self._origins, self._directions,
             )  # fmt: skip
             self._block(part, count, free.reshape(-1))
@@ -155,7 +155,3 @@ class Tracer:
 
 def _nearest_first(parts: Sequence[Part], origin: Array) -> list[tuple[int, Part]]:
     return sorted(enumerate(parts), key=lambda one: float(np.linalg.norm(one[1].centre_m - origin)))
-
-
-def _corners(region: Region) -> NDArray[np.int64]:
-    return np.array([region.left, region.top, region.right, region.bottom], dtype=np.int64)

@@ -1,7 +1,7 @@
 """Conversion of frozen dataclasses to plain data and arrays, and back by their declared types alone.
 
 An artifact holds frozen dataclasses, numpy arrays, tuples, mappings, numbers, strings, truth values and None, and
-unions of these that can be told apart: scalars by their type, dataclasses by the names of their fields or by a field
+unions of these that can be distinguished: scalars by their type, dataclasses by the names of their fields or by a field
 annotated with a Literal. Nothing in the data names a type.
 """
 
@@ -27,7 +27,7 @@ HOLDS = "frozen dataclasses, arrays, tuples, mappings, numbers, strings, truth v
 def artifact_type(target: str, what: str) -> type:
     """Return the artifact's dataclass that ``module:name`` names.
 
-    Raises MissingPartError where there is none, StageError where its fields are of types that cannot be kept.
+    Raises MissingPartError where there is none, StageError where its fields are of types that cannot be stored.
     """
     found = resolve(target, what)
     if not _is_record(found):
@@ -60,8 +60,8 @@ def type_name(annotation: Any) -> str:
 def _flatten(annotation: Any, value: Any, path: str, arrays: dict[str, np.ndarray]) -> Any:
     member = _member_of(annotation, value)
     if member is None:
-        place = f"its '{path}' is" if path else "it is"
-        raise ValueError(f"{place} a {type(value).__name__}, declared {type_name(annotation)}")
+        subject = f"its '{path}' is" if path else "it is"
+        raise ValueError(f"{subject} a {type(value).__name__}, declared {type_name(annotation)}")
     if member is type(None):
         return None
     if _is_record(member):
@@ -190,15 +190,15 @@ def _may_be(member: Any, body: Any) -> bool:
 
 
 def _undeclarable(annotation: Any, path: str, seen: set[Any]) -> str:
-    """Return why what is declared so cannot be kept; empty where it can."""
+    """Return why an annotation cannot be stored; empty where it can."""
     members = _members(annotation)
     where = f"whose field '{path}'" if path else "which"
     for i, member in enumerate(members):
         for other in members[:i]:
             if _alike(member, other):
                 return (
-                    f"{where} may be a {type_name(other)} or a {type_name(member)}: these cannot be told apart; give "
-                    "both a field 'kind' annotated with a Literal"
+                    f"{where} may be a {type_name(other)} or a {type_name(member)}: these cannot be distinguished; "
+                    "give both a field 'kind' annotated with a Literal"
                 )
     for member in members:
         problem = _undeclarable_member(member, path, seen, where)

@@ -47,13 +47,13 @@ class StageDeclaration:
     (``StageLog -> str | None``); what its log adds to the replay in space there (``StageLog -> list[Performance]``);
     what others can learn from in it (``StageLog``, frames per second ``-> Episodes | None``).
     ``settings`` are the schemas of the configuration nodes that this stage brings (a frozen dataclass, a union of them
-    told apart by ``kind``, or a Registry); ``topics`` the message dataclasses of its log, by topic.
+    distinguished by ``kind``, or a Registry); ``topics`` the message dataclasses of its log, by topic.
 
     ``kind`` is the most that the stage may ever do: ``computes`` (cached by inputs, settings and code), ``records``
     (cached without its code: a recording is never replaced unasked), ``moves`` (never cached, and needs ``--arm``).
     What it does in one run is for its settings to say, by a class attribute: ``live = True`` on those of a device
     that a person must act for, ``moves = True`` on those of hardware that may be real. Where no settings say so it
-    computes: a hand that reads files, or a simulated twin.
+    computes: a demonstrator that reads files, or a simulated twin.
 
     ``metrics``, ``topic_words`` and ``figures`` say in a sentence each what a metric, a topic and a figure of the
     report (by the name that ``drawing`` is given) is, and what is good. ``kendama explain``, the report and the pages

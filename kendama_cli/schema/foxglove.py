@@ -63,7 +63,7 @@ SolidKind = Literal["box", "cylinder", "mesh", "sphere"]
 class Solid:
     """One body that is drawn; ``name`` says what it is, and it moves with ``frame``.
 
-    ``position_m`` and ``rotation_wxyz`` place it in the frame. ``size_m`` (3,) is its extent along its own axes, a
+    ``position_m`` and ``rotation_wxyz`` pose it in the frame. ``size_m`` (3,) is its extent along its own axes, a
     cylinder's axis being z; ``top_scale`` narrows a cylinder's upper end. A mesh has ``vertices_m`` (n, 3) and
     ``triangles`` (m, 3) into them instead of a size.
     """

@@ -72,15 +72,15 @@ def _frame_to_bytes(message: FrameTransform, t_ns: int) -> bytes:
 
 def _frame_from_bytes(data: bytes) -> FrameTransform:
     read = FrameTransform_pb2.FrameTransform.FromString(data)
-    at, turn = read.translation, read.rotation
+    at, rotation = read.translation, read.rotation
     return FrameTransform(
-        read.parent_frame_id, read.child_frame_id, (at.x, at.y, at.z), (turn.w, turn.x, turn.y, turn.z)
+        read.parent_frame_id, read.child_frame_id, (at.x, at.y, at.z), (rotation.w, rotation.x, rotation.y, rotation.z)
     )
 
 
 def _frames_to_bytes(message: FrameTransforms, t_ns: int) -> bytes:
     rows = zip(message.children, message.positions_m, message.rotations_wxyz, strict=True)
-    transforms = [_frame(message.parent, child, at, turn, t_ns) for child, at, turn in rows]
+    transforms = [_frame(message.parent, child, at, rotation, t_ns) for child, at, rotation in rows]
     return FrameTransforms_pb2.FrameTransforms(transforms=transforms).SerializeToString(deterministic=True)
 
 
@@ -90,7 +90,7 @@ def _frames_from_bytes(data: bytes) -> FrameTransforms:
         read[0].parent_frame_id if read else "",
         tuple(one.child_frame_id for one in read),
         tuple((at.x, at.y, at.z) for at in (one.translation for one in read)),
-        tuple((turn.w, turn.x, turn.y, turn.z) for turn in (one.rotation for one in read)),
+        tuple((rotation.w, rotation.x, rotation.y, rotation.z) for rotation in (one.rotation for one in read)),
     )
 
 
@@ -220,11 +220,11 @@ def scene_from(entity: SceneEntity) -> Iterator[Solid]:
 
 
 def _look(primitive: Any) -> dict[str, Any]:
-    at, turn, color = primitive.pose.position, primitive.pose.orientation, primitive.color
+    at, rotation, color = primitive.pose.position, primitive.pose.orientation, primitive.color
     return {
         "rgb": (color.r, color.g, color.b),
         "position_m": (at.x, at.y, at.z),
-        "rotation_wxyz": (turn.w, turn.x, turn.y, turn.z),
+        "rotation_wxyz": (rotation.w, rotation.x, rotation.y, rotation.z),
     }
 
 

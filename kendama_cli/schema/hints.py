@@ -38,7 +38,7 @@ def unknown_key(key: str, siblings: Iterable[str], below: Iterable[str] = ()) ->
     if (new := new_key(key)) != key:
         return ConfigError(key, f"unknown key '{key}'{now_called(key, new)}")
     prefix, _, name = key.rpartition(".")
-    place = f"{prefix}." if prefix else ""
+    location = f"{prefix}." if prefix else ""
     known = sorted(siblings)
     # the last word is what was mistyped: comparing whole paths would find every sibling alike
     same = [one for one in known if one.casefold() == name.casefold()]
@@ -47,9 +47,9 @@ def unknown_key(key: str, siblings: Iterable[str], below: Iterable[str] = ()) ->
         by_word = {path.rpartition(".")[2]: path for path in sorted(below, reverse=True)}
         close = [by_word[word] for word in difflib.get_close_matches(name, by_word, n=1, cutoff=0.75)]
     hint = (
-        f", did you mean '{place}{close[0]}'?"
+        f", did you mean '{location}{close[0]}'?"
         if close
-        else "; allowed here: " + ", ".join(place + word for word in known)
+        else "; allowed here: " + ", ".join(location + word for word in known)
     )
     return ConfigError(key, f"unknown key '{key}'{hint}")
 

@@ -1,6 +1,6 @@
 """Protobuf from a message's frozen dataclass: its schema, and its bytes there and back.
 
-A field's annotation gives its proto3 type, its place in the class its number: append, never reorder. The schema is
+A field's annotation gives its proto3 type, its position in the class its number: append, never reorder. The schema is
 named after the class without ``Message`` at its end, in the package that declares it. Foxglove's messages keep
 Foxglove's schemas.
 """
@@ -98,7 +98,7 @@ def _own_codec(kind: type) -> MessageCodec:
 
     def encode(message: Any, t_ns: int) -> bytes:
         parts = dict(zip(scalars, values_of(message), strict=True))
-        if None in parts.values():  # protobuf itself would leave the field out, and reading would give a zero
+        if None in parts.values():  # protobuf itself would leave the field out, and reading would return a zero
             raise TypeError(f"{' and '.join(field for field in parts if parts[field] is None)} is None")
         for field in repeated:
             values = getattr(message, field)
@@ -115,7 +115,7 @@ def _own_codec(kind: type) -> MessageCodec:
 
 
 def _values_of(names: tuple[str, ...]) -> Callable[[Any], tuple[Any, ...]]:
-    """Return what reads the attributes ``names``; attrgetter alone gives no tuple for one name."""
+    """Return the reader of the attributes ``names``; attrgetter alone returns no tuple for one name."""
     if len(names) > 1:
         return operator.attrgetter(*names)
     return lambda message: tuple(getattr(message, name) for name in names)
@@ -144,7 +144,7 @@ def _fields(kind: type) -> dict[str, tuple[type, bool]]:
 
 
 def _refusing(kind: type, encode: Callable[[Any, int], bytes]) -> Callable[[Any, int], bytes]:
-    """Return ``encode`` with protobuf's refusals told in one line."""
+    """Return ``encode`` with protobuf's errors in one line."""
 
     def checked(message: Any, t_ns: int) -> bytes:
         try:

@@ -69,27 +69,27 @@ def check_yaml(text: str) -> None:
         raise ValueError(_reason(error)) from None
 
 
-def check_plain(value: Any, place: str = "") -> None:
-    """Raise ValueError that names the place of the first key that is no text or value that is not plain."""
+def check_plain(value: Any, location: str = "") -> None:
+    """Raise ValueError that names the first key that is no text or value that is not plain."""
     if isinstance(value, dict):
         for key, item in value.items():
             if not isinstance(key, str):
-                inside = f"in '{place}' " if place else ""
+                inside = f"in '{location}' " if location else ""
                 raise ValueError(f"the key {_shown(key)} {inside}is not text; quote it, or take a name")
-            check_plain(item, f"{place}.{key}" if place else key)
+            check_plain(item, f"{location}.{key}" if location else key)
     elif isinstance(value, list):
         for number, item in enumerate(value):
-            check_plain(item, f"{place}[{number}]")
+            check_plain(item, f"{location}[{number}]")
     elif isinstance(value, int) and value.bit_length() > MOST_BITS:
-        raise ValueError(f"'{place}' is a whole number of more than 300 digits")
+        raise ValueError(f"'{location}' is a whole number of more than 300 digits")
     elif isinstance(value, str):
         try:
             value.encode()
         except UnicodeEncodeError:
-            raise ValueError(f"'{place}' is {_shown(value)}, which is not UTF-8 text") from None
+            raise ValueError(f"'{location}' is {_shown(value)}, which is not UTF-8 text") from None
     elif value is not None and not isinstance(value, bool | int | float):
         kind = "binary data" if isinstance(value, bytes) else f"a {type(value).__name__}"
-        raise ValueError(f"'{place}' is {kind}; allowed: text, numbers, true, false, null, lists and groups")
+        raise ValueError(f"'{location}' is {kind}; allowed: text, numbers, true, false, null, lists and groups")
 
 
 def _shown(key: Any) -> str:

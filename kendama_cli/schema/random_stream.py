@@ -8,5 +8,5 @@ import numpy as np
 
 
 def random_stream(seed: int, name: str, *numbers: int) -> np.random.Generator:
-    """Return the random numbers that ``seed`` gives to ``name``, and to the ``numbers`` under it."""
+    """Return the random generator of ``name`` under ``seed``, and of the ``numbers`` under it."""
     return np.random.default_rng([seed, zlib.crc32(name.encode()), *numbers])

@@ -10,11 +10,13 @@ from __future__ import annotations
 import contextlib
 import functools
 import importlib
+import json
 import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, Protocol
 
 from kendama_cli.errors import ConfigError, KendamaError, MissingPartError
 
@@ -24,8 +26,8 @@ class Variant:
     """One variant of a block: a frozen dataclass of settings with a field ``kind``, and what makes the block of them.
 
     ``settings`` and ``makes`` are ``module:name``. The block's ``interface.py`` says how ``makes`` is called and what
-    it gives. ``packages`` are further ones whose code counts, imported by computed names or installed as libraries are.
-    ``needs`` is what must stand beside the computer, for ``kendama doctor``.
+    it returns. ``packages`` are further ones whose code counts, imported by computed names or installed as libraries
+    are. ``needs`` is what must stand beside the computer, for ``kendama doctor``.
     """
 
     kind: str
@@ -33,6 +35,14 @@ class Variant:
     makes: str
     packages: tuple[str, ...] = ()
     needs: str = ""
+
+
+class ChosenSettings(Protocol):
+    """Settings of any variant of a block, beside fields of its own."""
+
+    @property
+    def kind(self) -> str:
+        """The name under which the variant is registered."""
 
 
 class Registry:
@@ -72,7 +82,7 @@ def _entry_points() -> Mapping[str, Sequence[tuple[str, str]]]:
     """Return name and value of every installed entry point by group, read once for all groups.
 
     The files are those that ``importlib.metadata`` reads, which takes longer to import than the command line's help
-    takes otherwise; it is asked where a package may lie in an archive. A package found twice counts where it is first.
+    takes otherwise; it is used where a package may lie in an archive. A package found twice counts where it is first.
     """
     if any(folder and os.path.isfile(folder) for folder in sys.path):
         import importlib.metadata  # noqa: PLC0415
@@ -161,3 +171,23 @@ def resolve(target: str, what: str) -> Any:
         raise MissingPartError(
             target, f"{what}: module '{module}' has no '{name}'; mend the entry point that names it"
         ) from error
+
+
+TABLE = Path(__file__).with_name("parts.json")
+"""``part: {entry point group: [names]}`` of what kendama can be installed without; read where something is missing."""
+
+
+def missing_part(group: str, name: str) -> str | None:
+    """Return the part of kendama that brings ``name`` of the entry point group ``group``; None where no part does."""
+    parts = json.loads(TABLE.read_text(encoding="utf-8"))
+    return next((part for part, brought in parts.items() if name in brought.get(group, ())), None)
+
+
+def comes_with(what: str, group: str, name: str) -> str | None:
+    """Return the line that says which part brings ``what``, the entry point ``name`` of ``group``, and how to get it.
+
+    None where no part of kendama does.
+    """
+    part = missing_part(group, name)
+    line = f"{what} comes with the part {part}, which this installation lacks; install the whole of kendama-cli"
+    return None if part is None else line

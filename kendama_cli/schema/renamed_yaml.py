@@ -16,7 +16,7 @@ _INTERPOLATION = re.compile(r"\$\{([\w.]+)\}")
 
 @dataclass(frozen=True)
 class _Edit:
-    """One name in the text, from ``start`` to ``end``, and the one that takes its place."""
+    """One name in the text, from ``start`` to ``end``, and its replacement."""
 
     start: int
     end: int

@@ -1,4 +1,4 @@
-"""Declaration of settings, and the way from plain configuration to settings.
+"""Declaration of settings, and their construction from plain configuration.
 
 Settings are frozen dataclasses without defaults: the values live in ``conf/`` alone. ``setting()`` declares what a
 field means and allows; ``build()`` turns nested dicts into the dataclass and names the key of whatever does not fit.
@@ -19,8 +19,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from kendama_cli.errors import ConfigError, MissingPartError
 from kendama_cli.schema.hints import listed, unknown_key, value_hint
-from kendama_cli.schema.parts import comes_with
-from kendama_cli.schema.registry import Registry
+from kendama_cli.schema.registry import Registry, comes_with
 
 T = TypeVar("T")
 
@@ -82,8 +81,8 @@ def build(schema: type[T], data: Any, key: str = "") -> T:
 def build_value(annotation: Any, data: Any, key: str) -> Any:
     """Build as ``build`` does, for any annotation that a field may have.
 
-    A dataclass; a union of them told apart by ``kind``; a Registry, or ``Annotated[Protocol, REGISTRY]``, whose
-    variants other packages add: it gives the dataclass for the ``kind`` in ``data``.
+    A dataclass; a union of them distinguished by ``kind``; a Registry, or ``Annotated[Protocol, REGISTRY]``, whose
+    variants other packages add: it builds the dataclass for the ``kind`` in ``data``.
     """
     return _value(annotation, data, key, {})
 
@@ -97,7 +96,7 @@ def variants(annotation: Any) -> dict[str, type]:
 
 
 def _choices(annotation: Any) -> dict[str, Callable[[], type]]:
-    """Return what gives the dataclass, by kind: a registry's variant is imported only when it is chosen."""
+    """Return the getter of the dataclass by kind: a registry's variant is imported only when it is chosen."""
     registry = registry_of(annotation)
     if registry is not None:
         return {kind: partial(registry.settings, kind) for kind in registry.kinds()}
@@ -237,14 +236,14 @@ def _tuple(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> t
 
 
 def _scalar(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> Any:
-    wanted = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}.get(annotation)
-    if wanted is None:
+    expected = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}.get(annotation)
+    if expected is None:
         raise TypeError(f"{key}: settings cannot hold {annotation!r}")
     fits = isinstance(value, annotation) and not (annotation is int and isinstance(value, bool))
     if annotation is float and isinstance(value, int) and not isinstance(value, bool):
         value, fits = _as_float(value, key), True
     if not fits:
-        told = f"'{key}' must be {wanted}{_range(facts)}, not {value!r}"
+        told = f"'{key}' must be {expected}{_range(facts)}, not {value!r}"
         raise ConfigError(key, told + _as_typed(annotation, value, key))
     if annotation in (int, float):
         _check_range(value, key, facts)

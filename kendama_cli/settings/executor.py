@@ -8,22 +8,14 @@ They come by the entry point group ``kendama.executors``; ``makes`` is called wi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Literal
 
-from kendama_cli.schema.registry import Registry, Variant
+from kendama_cli.schema.registry import ChosenSettings, Registry, Variant
 
 EXECUTORS = Registry("kendama.executors", "executor")
 
 
-class ExecutorSettingsNode(Protocol):
-    """The settings of every executor have this, beside fields of their own."""
-
-    @property
-    def kind(self) -> str:
-        """The name under which the executor is registered."""
-
-
-ExecutorSettings = Annotated[ExecutorSettingsNode, EXECUTORS]
+ExecutorSettings = Annotated[ChosenSettings, EXECUTORS]
 """The node ``executor``: settings of any registered executor."""
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Protocol
+from typing import Annotated
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.schema.registry import Registry
+from kendama_cli.schema.registry import ChosenSettings, Registry
 from kendama_cli.schema.settings import setting
 from kendama_cli.settings.scene import SceneSettings
 
@@ -24,15 +24,7 @@ class ProbeSettings:
 CONTROLLERS = Registry("kendama.controllers", "controller")
 
 
-class ControllerSettingsNode(Protocol):
-    """Settings that every task-space controller has beside fields of its own."""
-
-    @property
-    def kind(self) -> str:
-        """The name under which the controller is registered."""
-
-
-ControllerSettings = Annotated[ControllerSettingsNode, CONTROLLERS]
+ControllerSettings = Annotated[ChosenSettings, CONTROLLERS]
 """The node ``interact.controller``: settings of any registered controller."""
 
 

@@ -6,8 +6,7 @@ import re
 from dataclasses import dataclass
 
 from kendama_cli.errors import ConfigError, MissingPartError
-from kendama_cli.schema.parts import comes_with
-from kendama_cli.schema.registry import declared
+from kendama_cli.schema.registry import comes_with, declared
 from kendama_cli.schema.settings import setting
 
 STORES = "kendama.stores"

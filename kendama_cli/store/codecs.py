@@ -24,16 +24,16 @@ from kendama_cli.store.durable import canonical_json
 def save_artifact(declared: type, artifact: Any, folder: Path, what: str = "a stage") -> None:
     """Write ``artifact.json`` and, where it has arrays, ``arrays.npz`` into ``folder``.
 
-    Raises StageError, naming ``what`` gave it, where the artifact is anything else than ``declared``.
+    Raises StageError, naming ``what`` returned it, where the artifact is anything else than ``declared``.
     """
     if type(artifact) is not declared:
-        raise StageError(f"{what} gave a {type_name(type(artifact))}; its declaration says {type_name(declared)}")
+        raise StageError(f"{what} returned a {type_name(type(artifact))}; its declaration says {type_name(declared)}")
     try:
         body, arrays = to_plain(declared, artifact)
         data = canonical_json(body) + b"\n"
         packed = pack_arrays(arrays)
     except ValueError as error:  # text that is not UTF-8, too
-        raise StageError(f"{what} gave a {type_name(declared)} that cannot be kept: {error}") from error
+        raise StageError(f"{what} returned a {type_name(declared)} that cannot be stored: {error}") from error
     (folder / "artifact.json").write_bytes(data)
     if arrays:
         (folder / "arrays.npz").write_bytes(packed)

@@ -1,4 +1,4 @@
-"""Writes that survive a crash: temporary file, fsync, rename, fsync of the folder. The only place that renames.
+"""Writes that survive a crash: temporary file, fsync, rename, fsync of the folder. The only module that renames.
 
 After a power cut or ``kill -9`` a name holds either its old content or the new content, whole.
 """
@@ -17,8 +17,7 @@ from typing import IO, Any
 
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError
 from kendama_cli.schema.json_text import json_text
-from kendama_cli.system.choice import system
-from kendama_cli.system.group import share_with_group
+from kendama_cli.system.interface import share_with_group, system
 
 SCRATCH = ".scratch"
 """Prefix of names that are not finished; whoever finds one without its writer may delete it."""
@@ -36,7 +35,7 @@ PART_BYTES = 1 << 16
 
 @contextlib.contextmanager
 def plain_disk_errors(path: Path, option: str = "--home") -> Iterator[None]:
-    """Turn an operating-system error on ``path`` into one line with a next step; ``option`` names the place."""
+    """Turn an operating-system error on ``path`` into one line with a next step; ``option`` names the folder."""
     try:
         yield
     except OSError as error:
@@ -47,7 +46,7 @@ def plain_disk_errors(path: Path, option: str = "--home") -> Iterator[None]:
             errno.EACCES: f"permission denied; choose another folder with {option}",
         }.get(error.errno or 0, error.strerror or str(error))
         kind = ReadOnlyError if error.errno in UNWRITABLE else StoreError
-        kept = " (what was finished is kept)" if option == "--home" else ""
+        kept = " (finished stages are stored)" if option == "--home" else ""
         raise kind(str(path), f"cannot write {path}: {reason}{kept}") from error
 
 
@@ -264,12 +263,12 @@ def read_sealed(path: Path) -> dict[str, Any] | None:
     return None if data is None else unsealed(data, str(path))
 
 
-def unsealed(data: bytes, place: str) -> dict[str, Any] | None:
-    """Return the record in the data that ``write_sealed`` wrote at ``place``; None if any byte differs.
+def unsealed(data: bytes, location: str) -> dict[str, Any] | None:
+    """Return the record in the data that ``write_sealed`` wrote at ``location``; None if any byte differs.
 
     Raises FormatError where it is whole and of another format.
     """
-    body = sealed_body(data, place)
+    body = sealed_body(data, location)
     try:
         record = None if body is None else json.loads(body)
     except (ValueError, RecursionError):
@@ -277,14 +276,14 @@ def unsealed(data: bytes, place: str) -> dict[str, Any] | None:
     return record if isinstance(record, dict) else None
 
 
-def sealed_body(data: bytes, place: str) -> bytes | None:
-    """Return the JSON of the record that ``unsealed`` gives, for who needs a little of much; raises as that does."""
+def sealed_body(data: bytes, location: str) -> bytes | None:
+    """Return the JSON of the record that ``unsealed`` returns, for a reader of a small part; raises as that does."""
     found = SEALED.fullmatch(data)
     if found is None or sha256(found["numbered"] + found["body"]) != found["seal"].decode():
         return None
     number = int(found["number"] or 0)
     if number != FORMAT:
-        raise FormatError(place, "a record", number, FORMAT)
+        raise FormatError(location, "a record", number, FORMAT)
     return found["body"]
 
 

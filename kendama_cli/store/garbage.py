@@ -14,10 +14,9 @@ from pathlib import Path
 from typing import TypeVar
 
 from kendama_cli.store import durable
-from kendama_cli.store.home import DIGEST, KEY, MARK, PLACES, STAGE, UNFINISHED, is_made_here
-from kendama_cli.store.runs import record_path, run_names
+from kendama_cli.store.home import DIGEST, KEY, MARK, PLACES, STAGE, UNFINISHED, is_made_here, record_path, run_names
 from kendama_cli.store.store import MANIFEST, Store, damaged_files, read_manifest
-from kendama_cli.system.choice import system
+from kendama_cli.system.interface import system
 
 T = TypeVar("T")
 READINGS = 3
@@ -69,7 +68,7 @@ def collect_garbage(store: Store, keep_runs: int | None = None, *, dry_run: bool
     """Delete what is damaged, what no result names, and what killed processes left.
 
     With ``keep_runs``, runs but the newest so many are forgotten too, with all that only they used. Checkpoints of
-    unfinished work are kept: they are what a rerun goes on from. Only names that kendama makes are deleted, never
+    unfinished work are kept: a rerun resumes from them. Only names that kendama makes are deleted, never
     through a link; a folder with anything else in it is left. With ``dry_run`` nothing is. Raises UsageError where the
     home is none, StoreError while a run goes on, and where something cannot be read now: nothing has been deleted then.
     """
@@ -142,7 +141,7 @@ def _index_files(folder: Path) -> Iterator[Path]:
 
 
 def _unfinished(folder: Path, depth: int = 3) -> Iterator[Path]:
-    """Yield everything in the places of a home that a process which was killed had not finished.
+    """Yield everything in the folders of a home that a killed process had not finished.
 
     Not what stands in the home itself: who marks it has no lock yet.
     """

@@ -9,8 +9,9 @@ import contextlib
 import itertools
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from kendama_cli.errors import FormatError, StoreError, UsageError
 from kendama_cli.schema.renames import SINCE
@@ -133,3 +134,58 @@ def _has_records(home: Path) -> bool:
 
 def _index_files(home: Path) -> Iterator[Path]:
     return home.glob("index/**/*.json")
+
+
+_RECORD = ".json"
+_BEFORE = "run.json"
+"""A run's record stood in its folder under this name until 0.2."""
+
+
+def record_path(home: Path, run: str) -> Path:
+    """Return the file of a run's record."""
+    return home / "runs" / f"{run}{_RECORD}"
+
+
+def run_folder(home: Path, run: str) -> Path:
+    """Return the folder beside a run's record; absent if the run has no files."""
+    return home / "runs" / run
+
+
+def run_number(run: str) -> int:
+    """Return the number at the start of a run's name, by which runs are ordered."""
+    digits = run.partition("-")[0]
+    return int(digits) if digits.isascii() and digits.isdecimal() else 0
+
+
+def run_names(home: Path) -> list[str]:
+    """Return the runs that have a record or a folder, oldest first.
+
+    Raises StoreError where that cannot be read now, FormatError where a record stands inside a folder, as until 0.2,
+    and UsageError where the records have the names of an older version.
+    """
+    check_names(home)
+    names = [name for name in durable.names(home / "runs") if RUN.fullmatch(name.removesuffix(_RECORD))]
+    recorded = {name.removesuffix(_RECORD) for name in names if name.endswith(_RECORD)}
+    others = {name for name in names if not name.endswith(_RECORD)} - recorded
+    for run in others:
+        if durable.exists(run_folder(home, run) / _BEFORE):
+            location = str(run_folder(home, run) / _BEFORE)
+            raise FormatError(location, "the record of a run", "runs/RUN/run.json", "runs/RUN.json")
+    return sorted(recorded | others, key=lambda run: (run_number(run), run))
+
+
+def read_latest(home: Path, pipeline: str, stage: str) -> Any:
+    """Return the ``key`` and ``parts`` that were stored last; None if there are none."""
+    return durable.read_index(_path(home, pipeline, stage))
+
+
+def keep_latest(home: Path, pipeline: str, stage: str, key: str | None, parts: Mapping[str, Any]) -> None:
+    """Make ``key`` the one that the next plan compares with."""
+    record = {"key": key, "parts": parts}
+    path = _path(home, pipeline, stage)
+    if durable.read_index(path) != record:
+        durable.write_index(path, record)
+
+
+def _path(home: Path, pipeline: str, stage: str) -> Path:
+    return home / "index" / "latest" / pipeline / f"{stage}.json"

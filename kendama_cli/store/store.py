@@ -1,7 +1,7 @@
 """The content-addressed store: artifacts by the digest of what they hold, results by the key of what made them.
 
 ``objects/ab/abcdef.../`` is one artifact: its files and ``manifest.json``, whose SHA-256 is the folder's name.
-``results/STAGE/KEY.json`` says which artifact a key gave. Both are sealed, so that any flipped byte is found.
+``results/STAGE/KEY.json`` says which artifact a key has. Both are sealed, so that any flipped byte is found.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, Protocol
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError
 from kendama_cli.store import durable
 from kendama_cli.store.home import DIGEST, KEY, STAGE, claim
-from kendama_cli.system.choice import system
+from kendama_cli.system.interface import system
 
 MANIFEST = "manifest.json"
 FORMAT = 1
@@ -227,16 +227,16 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     return None if data is None else manifest_in(data, folder.name, str(folder / MANIFEST))
 
 
-def manifest_in(data: bytes, digest: str, place: str) -> dict[str, Any] | None:
+def manifest_in(data: bytes, digest: str, location: str) -> dict[str, Any] | None:
     """Return the manifest in ``data``; None unless ``digest`` is its digest.
 
-    Raises FormatError, naming ``place``, where it is whole and of another format.
+    Raises FormatError, naming ``location``, where it is whole and of another format.
     """
     if durable.sha256(data) != digest:
         return None
     manifest = dict(json.loads(data))
     if manifest.get("format", 0) != FORMAT:
-        raise FormatError(place, "an artifact", manifest.get("format", 0), FORMAT)
+        raise FormatError(location, "an artifact", manifest.get("format", 0), FORMAT)
     return manifest
 
 

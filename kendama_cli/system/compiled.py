@@ -1,4 +1,4 @@
-"""Laws compiled by numba as they stand in plain Python, and kept until a source that they rest on changes."""
+"""Laws compiled by numba as they stand in plain Python, cached until a source that they rest on changes."""
 
 from __future__ import annotations
 

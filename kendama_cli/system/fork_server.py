@@ -129,7 +129,7 @@ def serve(
     """Fork a worker for each request on the socket ``descriptor``, until its other end closes.
 
     A request is a file whose descriptor comes with those of its events, its printed output and its lock. ``prepare``
-    is called here, ``work`` in the fork, with the request, the events' descriptor and what ``prepare`` gave; the
+    is called here, ``work`` in the fork, with the request, the events' descriptor and the result of ``prepare``; the
     answers are its pid and, later, exit code.
     """
     line = socket.socket(fileno=descriptor)

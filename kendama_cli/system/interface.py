@@ -1,7 +1,12 @@
-"""Services of the operating system beyond files, for pipeline and store: locks, worker processes, durable names."""
+"""Services of the operating system: locks, worker processes, durable names; and the choice of their implementation."""
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import os
+import stat
+import sys
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -41,7 +46,7 @@ class Starter(Protocol):
         """Start a worker for ``request``; what it prints goes to the file descriptor ``printed``."""
 
     def close(self) -> None:
-        """End what is kept between workers."""
+        """End what stays open between workers."""
 
 
 class System(Protocol):
@@ -73,3 +78,35 @@ class System(Protocol):
 
     def end_with_parent(self) -> None:
         """Raise SIGTERM in this process when its parent has ended or asks for it, so that nothing is left running."""
+
+
+OF_A_GROUP = stat.S_ISGID | stat.S_IWGRP
+
+
+def share_with_group(path: Path) -> None:
+    """Let the group write a new file or folder whose folder a group shares (setgid, and the group may write)."""
+    with contextlib.suppress(OSError):  # somebody else's: it is as they made it
+        if os.stat(path.parent).st_mode & OF_A_GROUP == OF_A_GROUP:
+            mode = os.stat(path).st_mode
+            os.chmod(path, stat.S_IMODE(mode) | (0o2770 if stat.S_ISDIR(mode) else 0o660))
+
+
+PORTABLE = "KENDAMA_PORTABLE"
+"""The environment variable that, set to 1, chooses the portable implementation on Linux too; workers inherit it."""
+
+
+@functools.cache
+def system() -> System:
+    """Return Linux's own means on Linux, what Python offers everywhere elsewhere."""
+    if is_portable():
+        from kendama_cli.system.portable import Portable  # noqa: PLC0415 - either is imported only where it is used
+
+        return Portable()
+    from kendama_cli.system.linux import Linux  # noqa: PLC0415 - its modules are not everywhere
+
+    return Linux()
+
+
+def is_portable() -> bool:
+    """Return True if the portable implementation is chosen."""
+    return sys.platform != "linux" or os.environ.get(PORTABLE, "") not in ("", "0")

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.system.group import share_with_group
-from kendama_cli.system.interface import Starter
+from kendama_cli.system.interface import Starter, share_with_group
 
 PR_SET_PDEATHSIG = 1
 

@@ -1,4 +1,4 @@
-"""A socket that listens: nothing heavy is imported here, so that a taken port is told at once."""
+"""A socket that listens: nothing heavy is imported here, so that a taken port is reported at once."""
 
 from __future__ import annotations
 

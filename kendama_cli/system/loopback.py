@@ -47,8 +47,8 @@ NOT_FOUND = Answer(404, "text/plain", b"not found\n")
 class LoopbackServer(ThreadingHTTPServer):
     """Server of ``answer``'s results on a socket that listens already; every request must carry the token.
 
-    ``policy`` is the Content-Security-Policy of all answers; ``stranger`` is told to who does not know the token;
-    ``free`` are first parts of paths that are given without it.
+    ``policy`` is the Content-Security-Policy of all answers; ``stranger`` is the answer to whoever has not the token;
+    ``free`` are first parts of paths that are served without it.
     """
 
     daemon_threads = True

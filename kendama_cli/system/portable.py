@@ -138,7 +138,7 @@ class Portable:
 
 
 def _end_with_input() -> None:
-    while os.read(0, 4096):  # not sys.stdin: its lock would bar the way out of the process
+    while os.read(0, 4096):  # not sys.stdin: its lock would keep the process from ending
         pass
     main = threading.main_thread().ident
     if hasattr(signal, "pthread_kill") and main is not None:

@@ -9,7 +9,7 @@ HEAD_BYTES = 8192
 
 
 def processor() -> str:
-    """Return the maker and the vector extensions of this machine's processor; empty where the system tells none."""
+    """Return the maker and the vector extensions of this machine's processor; empty where the system states none."""
     try:
         with Path("/proc/cpuinfo").open("rb") as stream:
             head = stream.read(HEAD_BYTES).decode(errors="replace")

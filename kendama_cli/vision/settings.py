@@ -1,26 +1,18 @@
-"""Seeing the ball and predicting the catch: the detector, the onset of free flight, the study of both."""
+"""Settings of detection and prediction: the detector, the onset of free flight, the study of both."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Literal
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.schema.registry import Registry
+from kendama_cli.schema.registry import ChosenSettings, Registry
 from kendama_cli.schema.settings import setting
 
 DETECTORS = Registry("kendama.detectors", "detector")
 
 
-class DetectorSettingsNode(Protocol):
-    """Settings that every detector has beside fields of its own."""
-
-    @property
-    def kind(self) -> str:
-        """The name under which the detector is registered."""
-
-
-DetectorSettings = Annotated[DetectorSettingsNode, DETECTORS]
+DetectorSettings = Annotated[ChosenSettings, DETECTORS]
 """The node ``predict.detector``: settings of any registered detector."""
 
 
@@ -41,7 +33,7 @@ class ColourDetectorSettings:
 
 @dataclass(frozen=True)
 class OnsetSettings:
-    """The sequential test for free flight on the rope's pull on the ball."""
+    """The sequential test for free flight on the rope's tension."""
 
     min_tension_m_s2: float = setting("least acceleration along a taut rope [m/s^2]", above=0)
     threshold: float = setting("log likelihood ratio that declares free flight", above=0)
@@ -71,7 +63,7 @@ class ProcessNoiseMotion:
 
 @dataclass(frozen=True)
 class ColouredMotion:
-    """A smooth wobble of what is seen about the flight, as of a ball that spins about another point than its middle."""
+    """A smooth wobble of what is seen about the flight, as of a ball that spins about another point than its centre."""
 
     kind: Literal["coloured"]
     sigma_m: float = setting("standard deviation of the wobble along each axis [m]", above=0)
@@ -92,7 +84,7 @@ class GravitySettings:
 
 @dataclass(frozen=True)
 class ReleaseSettings:
-    """The random flights of the study: a ball on a rope whose cup suddenly gives way."""
+    """The random flights of the study: a ball on a rope whose cup suddenly yields."""
 
     apex_low_m: float = setting("lowest apex of the ball over the rim plane [m]", above=0)
     apex_high_m: float = setting("highest apex over the rim plane [m]", above=0)

@@ -101,7 +101,7 @@ def test_what_only_linux_has_stands_in_the_files_of_linux() -> None:
         "os.killpg",
         "SIGKILL",
     )
-    linux = {PACKAGE / "system" / name for name in ("linux.py", "fork_server.py", "choice.py")}
+    linux = {PACKAGE / "system" / name for name in ("linux.py", "fork_server.py")}
     assert [file.name for file in FILES for word in words if word in file.read_text() and file not in linux] == []
 
 

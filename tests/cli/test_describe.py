@@ -15,7 +15,7 @@ from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner
 from kendama_cli.pipeline.record import begin
-from kendama_cli.store.runs import run_names
+from kendama_cli.store.home import run_names
 from kendama_cli.store.store import Store
 from tests.cli.typed import kendama, refused
 from tests.robot_model.test_real_urdfs import LIMIT, arm

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from kendama_cli.cli.main import main
-from kendama_cli.schema import parts, registry
+from kendama_cli.schema import registry
 from tests.documented_package import declare_installed
 
 COMMANDS = """
@@ -90,7 +90,7 @@ def test_a_command_of_a_part_that_is_missing_names_the_part(
 ) -> None:
     table = tmp_path / "parts.json"
     table.write_text(json.dumps({"dentist": {"kendama.commands": ["camera.drill"]}}))
-    monkeypatch.setattr(parts, "TABLE", table)
+    monkeypatch.setattr(registry, "TABLE", table)
     assert main(["camera", "drill", "--deep"]) == 2
     assert capfd.readouterr().err == (
         "kendama: 'kendama camera drill' comes with the part dentist, which this installation lacks; "

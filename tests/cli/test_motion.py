@@ -17,7 +17,7 @@ from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.settings.placement import Placement
 from kendama_cli.store import durable
 from kendama_cli.store.codecs import save_artifact
-from kendama_cli.store.runs import record_path
+from kendama_cli.store.home import record_path
 from tests.motion.swings import demonstration, settings
 
 

@@ -108,6 +108,6 @@ def test_a_pipeline_that_declares_no_such_result_is_refused_before_anything_runs
     tmp_path: Path, command: str, artifact: str
 ) -> None:
     done = kendama(tmp_path, "robot", command, "-p", "swingup", expect=2)
-    assert f"pipeline 'swingup' has no stage that gives a {artifact} (learn a PolicyArtifact, " in done.stderr
+    assert f"pipeline 'swingup' has no stage that returns a {artifact} (learn a PolicyArtifact, " in done.stderr
     assert "name another with -p" in done.stderr
     assert not (tmp_path / ".kendama" / "runs").exists()

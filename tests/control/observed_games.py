@@ -8,10 +8,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from kendama_cli.control.camera_observer import CameraObserver
-from kendama_cli.control.catch_geometry import make_catch_geometry
+from kendama_cli.control.catch_controller import make_catch_geometry
 from kendama_cli.control.game_runner import GameRunner
-from kendama_cli.control.open_observer import CameraSetup, open_observer
+from kendama_cli.control.open_observer import CameraObserver, CameraSetup, open_observer
 from kendama_cli.control.scene_history import SceneHistory, SceneRecordingRobot
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.devices.robot.interface import Robot

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.control.camera_observer import CameraObserver
 from kendama_cli.control.catch_game import Game
 from kendama_cli.control.game_runner import GameRunner
-from kendama_cli.control.open_observer import check_cameras
+from kendama_cli.control.open_observer import CameraObserver, check_cameras
 from kendama_cli.devices.camera.interface import Camera, Frame, StaleFrame
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, WrappedRobot
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.schema.arrays import Array
@@ -102,13 +101,12 @@ def test_a_game_repeats_bit_for_bit_whatever_was_played_before(
     assert np.array_equal(commands(again), commands(games[2]))
 
 
-class Misleading:
+class Misleading(WrappedRobot):
     """A robot whose markers of ball and cup jump about at random from ``after_s`` on."""
 
     def __init__(self, robot: Robot) -> None:
-        self._robot, self._rng = robot, np.random.default_rng(1)
-        self.joint_names, self.limits, self.period_s = robot.joint_names, robot.limits, robot.period_s
-        self.missed = 0
+        super().__init__(robot)
+        self._rng = np.random.default_rng(1)
         self.after_s = math.inf
         self.scenes: list[object] = []
 
@@ -120,15 +118,6 @@ class Misleading:
         ball_m, cup_m = self._rng.normal(0, 9, (2, 3))
         state = dataclasses.replace(exchange.state, ball_in_world_m=ball_m, cup_in_world_m=cup_m)
         return dataclasses.replace(exchange, state=state)
-
-    def reset(self, position_rad: Array, seed: int) -> Exchange:
-        return self._robot.reset(position_rad, seed)
-
-    def halt(self) -> None:
-        self._robot.halt()
-
-    def close(self) -> None:
-        self._robot.close()
 
 
 def test_in_flight_no_marker_counts_and_the_true_scene_is_out_of_reach(

@@ -62,7 +62,7 @@ def test_a_place_out_of_reach_is_named() -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(arm, "limits", swift)
         lacks = lacking_reach(swing().cup, FLIGHT_S, settings)
-    assert re.match(r"pa10 cannot hold the cup \+3000 mm along x .*mine asks for 3000 mm", str(lacks))
+    assert re.match(r"pa10 cannot move the cup \+3000 mm along x .*mine asks for 3000 mm", str(lacks))
 
 
 def test_a_reach_beyond_the_largest_shift_names_that_setting() -> None:
@@ -79,7 +79,7 @@ def test_a_stop_that_is_met_only_on_the_way_is_no_reach() -> None:
         patch.setattr(made.arm, "limits", dataclasses.replace(made.arm.limits, upper_rad=stop))
         lacks = str(lacking_reach(made.cup, FLIGHT_S, wanting(0.1)))
     told = re.search(
-        r"pa10 cannot hold the cup ([+-])100 mm along x .* set adapt.uncertainty.min_reach_m=(.+?),", lacks
+        r"pa10 cannot move the cup ([+-])100 mm along x .* set adapt.uncertainty.min_reach_m=(.+?),", lacks
     )
     assert told is not None
     with pytest.MonkeyPatch.context() as patch:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.control.catch_controller import TiltPlan
-from kendama_cli.control.cup_tilt import CupTilt, TiltingArm
+from kendama_cli.control.cup_cart import CupTilt, TiltingArm
 from kendama_cli.control.settings import CatchSettings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.placement import CupLine

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.control.catch_controller import make_catch_geometry
 from kendama_cli.control.catch_game import find_crossing
-from kendama_cli.control.catch_geometry import make_catch_geometry
 from kendama_cli.control.flight_observer import MarkerObserver
 from kendama_cli.control.game_runner import GameRunner
 from kendama_cli.control.imitation import tau_scales_to_try

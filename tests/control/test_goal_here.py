@@ -8,7 +8,7 @@ from typing import cast
 import pytest
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.control.catch_geometry import goal_here
+from kendama_cli.control.catch_controller import goal_here
 from kendama_cli.control.game_runner import GameRunner
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.learning.learners import make_policy

@@ -19,7 +19,6 @@ from kendama_cli.cli.main import main
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import bundled_root, find_site
 from kendama_cli.devices.camera.calibration import read_calibration
-from kendama_cli.devices.camera.colour_file import read_colour
 from kendama_cli.devices.demonstrator.file import open_files
 from kendama_cli.devices.recordings.flight_reader import read_tracks
 from kendama_cli.learning.verification import load_policy
@@ -30,9 +29,10 @@ from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.capture.messages import TOPICS
-from kendama_cli.store.append_file import DurableAppendFile
+from kendama_cli.store.checkpoint import DurableAppendFile
 from kendama_cli.store.codecs import save_artifact
 from kendama_cli.vision.detection.colour import HUES, SATURATIONS, LearnedColour
+from kendama_cli.vision.detection.colour_detector import read_colour
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ from kendama_cli.log import container_writer
 from kendama_cli.log.container_writer import ContainerWriter
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
 from kendama_cli.store import durable
-from kendama_cli.store.append_file import DurableAppendFile
-from kendama_cli.store.checkpoint import CheckpointFolder
+from kendama_cli.store.checkpoint import CheckpointFolder, DurableAppendFile
 from kendama_cli.store.garbage import collect_garbage, verify
 from kendama_cli.store.store import Store
 

@@ -15,8 +15,7 @@ from kendama_cli.log.container_writer import CHUNK_BYTES, ContainerWriter
 from kendama_cli.log.reader import LogFile
 from kendama_cli.pipeline.record import past_runs
 from kendama_cli.store import durable
-from kendama_cli.store.append_file import DurableAppendFile
-from kendama_cli.store.checkpoint import CheckpointFolder
+from kendama_cli.store.checkpoint import CheckpointFolder, DurableAppendFile
 from kendama_cli.store.garbage import verify
 from kendama_cli.store.store import Store
 from tests.toy_project import ToyProject

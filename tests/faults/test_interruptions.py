@@ -61,7 +61,7 @@ def test_kill_9_of_the_worker_fails_the_run_and_the_next_goes_on_to_the_same_byt
     assert statuses(failed) == {"roll": "failed"}
     assert "SIGKILL" in failed["stages"][0]["error"]
     planned = toy.kendama("plan", "-p", "toy", *options).stdout.splitlines()[0]
-    assert planned.split(None, 2) == ["roll", "run", "goes on from its last checkpoint"]
+    assert planned.split(None, 2) == ["roll", "run", "resumes from its last checkpoint"]
     resumed = toy.run_json(*options)
     assert statuses(resumed) == {"roll": "ran", "total": "ran"}
     assert count.read_text() == "x" * 20, "each number was drawn once: ten before the kill, ten after"

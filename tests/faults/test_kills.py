@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from kendama_cli.store.runs import run_names
+from kendama_cli.store.home import run_names
 from tests.toy_project import ToyProject, artifact_bytes, statuses
 
 OPTIONS = ("toy.steps=12", "toy.pause_s=0.02")

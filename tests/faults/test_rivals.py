@@ -10,7 +10,7 @@ import threading
 import pytest
 
 from kendama_cli.store.garbage import verify
-from kendama_cli.store.runs import run_names
+from kendama_cli.store.home import run_names
 from kendama_cli.store.store import Store
 from tests.toy_project import ToyProject, artifact_bytes
 

@@ -23,7 +23,7 @@ from kendama_cli.log.writer import McapLog
 from kendama_cli.report.page import make_report
 from kendama_cli.report.sweep_page import make_sweep_report
 from kendama_cli.store import durable
-from kendama_cli.store.append_file import DurableAppendFile
+from kendama_cli.store.checkpoint import DurableAppendFile
 from kendama_cli.store.codecs import load_artifact, save_artifact
 from kendama_cli.store.garbage import collect_garbage
 from kendama_cli.store.store import Store

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from kendama_cli.log.writer import McapLog
 from kendama_cli.schema.foxglove import CompressedImage
-from kendama_cli.store.append_file import DurableAppendFile
+from kendama_cli.store.checkpoint import DurableAppendFile
 
 IMAGE_BYTES = 100_000
 

@@ -16,7 +16,7 @@ from kendama_cli.errors import LogMessageError, StageError
 from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import McapLog, canonical_json, write_snapshot
 from kendama_cli.stages.adapt.messages import AdaptRepeatMessage
-from kendama_cli.store.append_file import DurableAppendFile
+from kendama_cli.store.checkpoint import DurableAppendFile
 from tests.log.conftest import filled, messages
 from tests.log.made_logs import MemoryFile, all_topics, memory_log
 

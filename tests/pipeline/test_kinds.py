@@ -148,4 +148,4 @@ def test_targets_are_the_run_the_artifact_the_messages_the_settings_and_the_chos
     targets = set(code_targets(one, {node: settings[node] for node in ("predict", "camera")}, schemas))
     assert targets >= {stage.run, stage.returns, "kendama_cli.vision.settings", "kendama_cli.stages.predict.messages"}
     assert any(target.startswith("kendama_cli.devices.camera.virtual:") for target in targets)
-    assert any(target.startswith("kendama_cli.devices.camera.colour_file:") for target in targets)
+    assert any(target.startswith("kendama_cli.vision.detection.colour_detector:") for target in targets)

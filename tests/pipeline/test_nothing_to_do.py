@@ -16,8 +16,7 @@ from kendama_cli.pipeline import runner
 from kendama_cli.pipeline.plan import StagePlan
 from kendama_cli.pipeline.record import begin, past_runs
 from kendama_cli.store import durable
-from kendama_cli.store.home import MARK
-from kendama_cli.store.runs import record_path
+from kendama_cli.store.home import MARK, record_path
 from kendama_cli.store.store import Store, StoredResult
 from tests.toy_project import ToyProject
 

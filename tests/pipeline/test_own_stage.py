@@ -42,7 +42,7 @@ def test_every_file_of_its_package_counts_and_a_chapter_is_drawn_as_it_is_now(to
 
 def test_a_stage_that_gives_something_else_than_declared_fails_in_one_line(toy: ToyProject) -> None:
     document = toy.run_json("toy.gives_list=true", expect=1)
-    assert document["stages"][0]["error"] == "stage 'roll' gave a list; its declaration says Rolls"
+    assert document["stages"][0]["error"] == "stage 'roll' returned a list; its declaration says Rolls"
 
 
 def test_a_stage_that_stopped_early_keeps_what_it_has_and_ends_with_an_error(toy: ToyProject) -> None:

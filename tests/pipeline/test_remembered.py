@@ -12,9 +12,8 @@ import pytest
 from kendama_cli.config.site import find_site
 from kendama_cli.config.sweep import composed_each
 from kendama_cli.pipeline.catalogue import load_pipeline
-from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.pipeline.nodes import Remembered, build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed
-from kendama_cli.pipeline.remembered import Remembered
 from kendama_cli.pipeline.sweep import SweepJob, distinct
 from kendama_cli.store.store import Store
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from kendama_cli.schema.declaration import NODES, STAGES, find_stage
-from kendama_cli.schema.parts import TABLE, comes_with, missing_part
+from kendama_cli.schema.registry import TABLE, comes_with, missing_part
 
 ROOT = Path(__file__).resolve().parents[2]
 PLUGINS = "kendama_cli.plugins."

@@ -31,7 +31,7 @@ READERS = {
     "read = lambda path: TrainedBall.from_bytes(path.read_bytes())",
     "policy": "from kendama_cli.learning.verification import load_policy\nread = lambda path: load_policy(str(path))",
     "image": "from kendama_cli.plugins.films.boxes import read_image as read",
-    "film": "from kendama_cli.devices.camera.film import Film as read",
+    "film": "from kendama_cli.devices.camera.video import VideoFile as read",
     "picture": "import numpy as np\nfrom kendama_cli.rendering.background import _picture\n"
     "read = lambda path: _picture(path, np.zeros((2, 2)), np.zeros((2, 2)))",
     "urdf": "from kendama_cli.robot_model.urdf_tree import read_tree\nread = lambda path: read_tree(str(path))",

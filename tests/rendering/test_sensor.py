@@ -107,5 +107,5 @@ def test_a_picture_hangs_on_the_wall(tmp_path):
     assert wall[:, : int(edge) - 10, 1].max() < 5
     assert wall[:, int(edge) + 10 :, 1].min() > 50
     (tmp_path / "bad.png").write_text("no picture")
-    with pytest.raises(InputError, match=r"bad\.png: no picture that can be read; give a PNG or JPEG file"):
+    with pytest.raises(InputError, match=r"bad\.png: no image that can be read; give a PNG or JPEG file"):
         camera(appearance={"wall_image": str(tmp_path / "bad.png")})

@@ -1,4 +1,4 @@
-"""Any artifact that can be declared comes back as it was; what cannot be told apart is refused when it is declared."""
+"""Any artifact that can be declared comes back as it was; what cannot be distinguished is refused as declared."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def test_an_alias_of_a_type_statement_is_what_it_stands_for(tmp_path: Path) -> N
     ],
 )
 def test_a_field_that_is_not_what_it_is_declared_to_be_is_named(tmp_path: Path, leaf: Leaf, says: str) -> None:
-    with pytest.raises(StageError, match="stage 'toy' gave a Leaf that cannot be kept: ") as caught:
+    with pytest.raises(StageError, match="stage 'toy' returned a Leaf that cannot be stored: ") as caught:
         save_artifact(Leaf, leaf, tmp_path, "stage 'toy'")
     assert says in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -204,8 +204,11 @@ class Within:
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("Alike", "whose field 'one' may be a Leaf or a Other: these cannot be told apart; give both a field 'kind'"),
-        ("TwoTuples", "whose field 'one' may be a tuple[int, ...] or a tuple[str, ...]: these cannot be told apart"),
+        (
+            "Alike",
+            "whose field 'one' may be a Leaf or a Other: these cannot be distinguished; give both a field 'kind'",
+        ),
+        ("TwoTuples", "may be a tuple[int, ...] or a tuple[str, ...]: these cannot be distinguished"),
         ("Loose", "whose field 'one' is declared Any; an artifact holds frozen dataclasses, arrays"),
         ("Keyed", "whose field 'one' has keys of type tuple[int, int]; allowed: numbers and strings"),
         ("Melting", "which is no frozen dataclass; make it one"),

@@ -13,7 +13,7 @@ from kendama_cli.errors import ConfigError, MissingPartError, UsageError
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.log_export import exporter
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.schema import parts
+from kendama_cli.schema import registry
 from kendama_cli.schema.settings import build, build_value
 from kendama_cli.settings.executor import ExecutorSettings
 from kendama_cli.settings.store import StoreSettings
@@ -33,7 +33,7 @@ def sundries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One part that is not installed."""
     table = tmp_path / "parts.json"
     table.write_text(json.dumps({"sundries": BROUGHT}))
-    monkeypatch.setattr(parts, "TABLE", table)
+    monkeypatch.setattr(registry, "TABLE", table)
 
 
 def missing(what: str) -> str:

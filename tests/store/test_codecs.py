@@ -109,7 +109,7 @@ class Stranger:
 def test_something_else_than_declared_is_refused_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(StageError) as caught:
         save_artifact(PolicyArtifact, Stranger(1), tmp_path, "stage 'learn'")
-    assert str(caught.value) == "stage 'learn' gave a Stranger; its declaration says PolicyArtifact"
+    assert str(caught.value) == "stage 'learn' returned a Stranger; its declaration says PolicyArtifact"
     assert not list(tmp_path.iterdir())
 
 

@@ -17,10 +17,9 @@ from kendama_cli.log.writer import McapLog
 from kendama_cli.motion.dmp.plan_text import plan_from_text
 from kendama_cli.pipeline.record import past_runs, version_differences, versions
 from kendama_cli.store import checkpoint, durable, store
-from kendama_cli.store.append_file import DurableAppendFile
-from kendama_cli.store.checkpoint import CheckpointFolder
+from kendama_cli.store.checkpoint import CheckpointFolder, DurableAppendFile
 from kendama_cli.store.garbage import collect_garbage, verify
-from kendama_cli.store.runs import record_path
+from kendama_cli.store.home import record_path
 from kendama_cli.store.store import Store
 
 KEY = "a" * 40

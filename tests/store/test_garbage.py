@@ -16,7 +16,7 @@ import pytest
 from kendama_cli.errors import StoreError
 from kendama_cli.store import durable
 from kendama_cli.store.garbage import collect_garbage, verify
-from kendama_cli.store.runs import record_path, run_names
+from kendama_cli.store.home import record_path, run_names
 from kendama_cli.store.store import Store
 
 UNNAMED = "f" * 64

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from kendama_cli.system.choice import is_portable
-from kendama_cli.system.interface import System
+from kendama_cli.system.interface import System, is_portable
 from kendama_cli.system.linux import Linux
 from kendama_cli.system.portable import Portable
 
@@ -194,7 +193,7 @@ def test_everything_can_be_imported_where_there_is_no_fcntl() -> None:
         "import sys; sys.modules.update(dict.fromkeys(['fcntl', 'termios', 'pty', 'resource', 'grp', 'pwd']));"
         "import kendama_cli.cli.app, kendama_cli.cli.run_work, kendama_cli.cli.sweep_work, kendama_cli.store.garbage;"
         "import kendama_cli.pipeline.worker;"
-        "from kendama_cli.system.choice import system; print(type(system()).__name__)"
+        "from kendama_cli.system.interface import system; print(type(system()).__name__)"
     )
     environment = {**os.environ, "KENDAMA_PORTABLE": "1"}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)

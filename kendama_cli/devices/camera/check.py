@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.camera.ball_tracker import ball_tracker
 from kendama_cli.devices.camera.image_loop import ImageLoop, ObservedImage, raise_stale
-from kendama_cli.devices.camera.interface import Camera, SceneSource, StaleFrame
-from kendama_cli.devices.camera.opening import open_cameras
+from kendama_cli.devices.camera.interface import Camera, SceneSource, StaleFrame, open_cameras
 from kendama_cli.devices.camera.staged_flight import StagedFlight
 from kendama_cli.rendering.scene import ScenePose
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.detection.interface import Sighting
 from kendama_cli.vision.prediction.release import draw_release
+from kendama_cli.vision.prediction.tracker import ball_tracker
 from kendama_cli.vision.settings import PredictSettings
 
 POLL_S = 0.0005
@@ -58,7 +57,7 @@ def check_cameras(
 
     Raises what opening the cameras raises, and StaleFrame where a live one gives nothing.
     """
-    now, flights = _Clock(live=camera.source == "live"), _Flights(game, predict, np.random.default_rng([seed, 1]))
+    now, flights = Clock(live=camera.source == "live"), _Flights(game, predict, np.random.default_rng([seed, 1]))
     rngs = [np.random.default_rng([seed, 2, number]) for number in range(len(camera.cameras))]
     opened = open_cameras(camera, now, SceneSource(flights.scene, game, lighting, rngs))
     records = {one.model.name: CameraRecord() for one in opened}
@@ -106,7 +105,7 @@ def _quantile(values: Sequence[float], part: float, scale: float = 1.0) -> float
     return float(np.quantile(values, part)) * scale if values else None
 
 
-class _Clock:
+class Clock:
     """The wall's time where cameras are live, else a time that is set."""
 
     def __init__(self, *, live: bool) -> None:
@@ -115,6 +114,13 @@ class _Clock:
 
     def __call__(self) -> float:
         return time.monotonic() - self._began_s if self.live else self.set_s
+
+    def wait(self, duration_s: float) -> None:
+        """Let ``duration_s`` pass."""
+        if self.live:
+            time.sleep(duration_s)
+        else:
+            self.set_s += duration_s
 
 
 class _Flights:
@@ -143,7 +149,7 @@ def _raise_unless_coming(stale: StaleFrame) -> None:
         raise stale
 
 
-def _moments(cameras: Sequence[Camera], now: _Clock, seconds: float) -> Iterator[None]:
+def _moments(cameras: Sequence[Camera], now: Clock, seconds: float) -> Iterator[None]:
     """Let time pass to where new frames may be, until ``seconds`` are over or no frame comes any more."""
     if now.live:
         while now() < seconds:

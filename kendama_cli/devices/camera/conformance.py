@@ -2,33 +2,16 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
-from kendama_cli.devices.camera.interface import Camera, Frame, SceneSource, StaleFrame
-from kendama_cli.devices.camera.opening import open_cameras
+from kendama_cli.devices.camera.check import Clock
+from kendama_cli.devices.camera.interface import Camera, Frame, SceneSource, StaleFrame, open_cameras
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.vision.cameras.region import Region, whole
-
-
-class _Clock:
-    """The wall's time for live cameras, else a time that is set."""
-
-    def __init__(self, *, live: bool) -> None:
-        self._live, self._set_s, self._began_s = live, 0.0, time.monotonic()
-
-    def __call__(self) -> float:
-        return time.monotonic() - self._began_s if self._live else self._set_s
-
-    def wait(self, duration_s: float) -> None:
-        if self._live:
-            time.sleep(duration_s)
-        else:
-            self._set_s += duration_s
 
 
 class Opened:
@@ -38,12 +21,12 @@ class Opened:
         self._configuration = configuration
 
     @contextmanager
-    def cameras(self) -> Iterator[tuple[list[Camera], _Clock, float]]:
+    def cameras(self) -> Iterator[tuple[list[Camera], Clock, float]]:
         """Open the cameras; return them, their clock, and the time between two frames [s]."""
         given = self._configuration
         settings = given["camera"]
         rngs = [np.random.default_rng(number) for number, _ in enumerate(settings.cameras)]
-        clock = _Clock(live=settings.source == "live")
+        clock = Clock(live=settings.source == "live")
         opened = open_cameras(settings, clock, SceneSource(_still, given["game"], given["lighting"], rngs))
         try:
             yield opened, clock, 1 / settings.rate_hz if settings.rate_hz is not None else _period_s(opened[0], clock)
@@ -63,8 +46,8 @@ def check_models(opened: Opened) -> None:
     """Check that cameras come in the order of the settings, each with its own calibration."""
     with opened.cameras() as (cameras, _, _):
         names = [camera.model.name for camera in cameras]
-        wanted = [one.name for one in opened._configuration["camera"].cameras]
-        _must(names == wanted, f"there is one camera per calibration, in order: {wanted}, not {names}")
+        expected = [one.name for one in opened._configuration["camera"].cameras]
+        _must(names == expected, f"there is one camera per calibration, in order: {expected}, not {names}")
 
 
 CHECKS = (check_models, check_frames)
@@ -87,7 +70,7 @@ def _still(t_s: float) -> ScenePose:
     )
 
 
-def _period_s(camera: Camera, clock: _Clock) -> float:
+def _period_s(camera: Camera, clock: Clock) -> float:
     """Return the time between the first two frames of a recording [s]."""
     first = camera.next_s or 0.0
     clock.wait(first - clock())
@@ -134,8 +117,8 @@ def _refusal(camera: Camera) -> StaleFrame | None:
 
 def _check_region(camera: Camera, wait: Callable[[float], None], period_s: float) -> None:
     image = whole(camera.model.width_px, camera.model.height_px)
-    wanted = Region(image.right // 4, image.bottom // 4, image.right // 2, image.bottom // 2)
-    for region in (wanted, Region(-20, -20, 8, 8), Region(image.right + 5, 0, image.right + 9, 9), None):
+    requested = Region(image.right // 4, image.bottom // 4, image.right // 2, image.bottom // 2)
+    for region in (requested, Region(-20, -20, 8, 8), Region(image.right + 5, 0, image.right + 9, 9), None):
         camera.set_region_of_interest(region)
         wait(1.05 * period_s)
         frame = camera.latest(max_age_s=10 * period_s)

@@ -10,8 +10,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.camera.interface import Frame, RegionOfInterest, SceneSource, StaleFrame, too_old
-from kendama_cli.devices.camera.settings_check import require_one_each
+from kendama_cli.devices.camera.interface import (
+    Frame,
+    RegionOfInterest,
+    SceneSource,
+    StaleFrame,
+    require_one_each,
+    too_old,
+)
 from kendama_cli.errors import HardwareError, MissingPartError
 from kendama_cli.settings.camera import DeviceCamera
 from kendama_cli.vision.cameras.camera_model import CameraModel
@@ -72,7 +78,7 @@ class DeviceCameraBlock:
 
     @property
     def next_s(self) -> None:
-        """Nobody knows."""
+        """Return None: the next frame's time is unknown."""
 
     def set_region_of_interest(self, region: Region | None) -> None:
         self._region.set(region)
@@ -91,7 +97,7 @@ class DeviceCameraBlock:
         if pixels.shape != (self.model.height_px, self.model.width_px, 3):
             height, width = pixels.shape[:2]
             raise HardwareError(
-                f"camera '{self.model.name}' gives {width} x {height} px, but is calibrated for "
+                f"camera '{self.model.name}' delivers {width} x {height} px, but is calibrated for "
                 f"{self.model.width_px} x {self.model.height_px} px; calibrate for this size or choose another mode"
             )
         age = self._clock() - t_s
@@ -108,7 +114,7 @@ class DeviceCameraBlock:
         return self._region.frame(t_s, pixels)
 
     def restart(self) -> None:
-        """Time goes on."""
+        """Do nothing: a live camera's time cannot be set back."""
 
     def close(self) -> None:
         self._stop.set()

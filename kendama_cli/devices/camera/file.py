@@ -10,10 +10,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.camera.film import Film
-from kendama_cli.devices.camera.interface import Frame, RegionOfInterest, SceneSource, StaleFrame, too_old
-from kendama_cli.devices.camera.pixels import read_image
-from kendama_cli.devices.camera.settings_check import require_one_each
+from kendama_cli.devices.camera.interface import (
+    Frame,
+    RegionOfInterest,
+    SceneSource,
+    StaleFrame,
+    require_one_each,
+    too_old,
+)
+from kendama_cli.devices.camera.video import VideoFile, read_image
 from kendama_cli.errors import InputError
 from kendama_cli.schema.listed_file import listed_file
 from kendama_cli.settings.camera import FileCamera
@@ -101,11 +106,11 @@ class FileCameraBlock:
 class _Video:
     def __init__(self, path: str, rate_hz: float | None) -> None:
         self._path, self._count = path, 0
-        film = Film(Path(path))
-        self._frames, self._expected = film.frames(), film.expected
-        rate = rate_hz if rate_hz is not None else film.rate_hz
+        video = VideoFile(Path(path))
+        self._frames, self._expected = video.frames(), video.expected
+        rate = rate_hz if rate_hz is not None else video.rate_hz
         if not (math.isfinite(rate) and rate > 0):
-            raise InputError(path, "the video does not tell its frame rate", remedy="give it by camera.rate_hz")
+            raise InputError(path, "the video does not state its frame rate", remedy="set camera.rate_hz")
         self._rate_hz = rate
 
     def read(self) -> tuple[float, NDArray[np.uint8]] | None:

@@ -20,14 +20,14 @@ from kendama_cli.vision.prediction.tracker import BallTracker
 SAME_STAMP_S = 1e-6
 """A frame whose stamp is no later than this after the newest one's is that one again."""
 LATE_PERIODS = 2.0
-"""A moment that one camera has not seen after so many periods is taken without it."""
+"""A time step that one camera has not seen after so many periods is used without it."""
 
 
 @dataclass(frozen=True)
 class ObservedImage:
     """A new frame of ``camera``, and the ball in it.
 
-    It ``arrived_s`` and its sighting was at hand at ``used_s`` on the loop's clock; ``detection_s`` is the wall's time
+    It ``arrived_s`` and its detection was ready at ``used_s`` on the loop's clock; ``detection_s`` is the wall's time
     that finding the ball took.
     """
 
@@ -40,7 +40,7 @@ class ObservedImage:
 
 
 @dataclass(frozen=True)
-class Moment:
+class TimeStep:
     """Input of the tracker for one time of exposure, and its estimate of the catch pose after it."""
 
     t_s: float
@@ -55,11 +55,11 @@ def raise_stale(stale: StaleFrame) -> None:
 class ImageLoop:
     """Loop that takes every camera's frame once, finds the ball in it, and feeds the tracker state by state.
 
-    A moment is what the cameras exposed together; it waits for all of them until it is late, or until free flight has
-    been found: from then on each sighting counts by itself. ``now_s`` is the clock of the frames' stamps, which are
-    compared with ``stamp_decimals`` (None: exactly). ``on_stale`` is called where a camera's newest frame is older
-    than ``max_age_s``. Of the next frame each camera reads out the tracker's region only; every ``whole_every``-th
-    frame (0: none) is a whole image.
+    A time step holds what the cameras exposed together; it waits for all of them until it is late, or until free flight
+    has been found: from then on each sighting counts by itself. ``now_s`` is the clock of the frames' stamps, which are
+    compared with ``stamp_decimals`` (None: exactly). ``on_stale`` is called where a camera's newest frame is older than
+    ``max_age_s``. Of the next frame each camera reads out the tracker's region only; every ``whole_every``-th frame (0:
+    none) is a whole image.
     """
 
     def __init__(
@@ -96,8 +96,8 @@ class ImageLoop:
         """Take every camera's frame, if it is a new one, with the ball found in it."""
         return [image for camera in self.cameras if (image := self._take(camera)) is not None]
 
-    def feed(self, images: Sequence[ObservedImage], now_s: float, tie_m: Callable[[float], Array]) -> list[Moment]:
-        """Give the tracker each moment that is complete or late at ``now_s``, with the rope's tie point at its time."""
+    def feed(self, images: Sequence[ObservedImage], now_s: float, tie_m: Callable[[float], Array]) -> list[TimeStep]:
+        """Feed the tracker each time step that is complete or late at ``now_s``, with the rope's tie point then."""
         tracker = self.tracker
         for image in images:
             stamp_s = image.frame.t_s
@@ -114,7 +114,7 @@ class ImageLoop:
                     name: float(tracker.cameras[name].exposed_s(moment_s, one.centre_px)) for name, one in seen.items()
                 }
                 exposed_s = moment_s + sum(t_s - moment_s for t_s in own_s.values()) / max(len(own_s), 1)
-                fed.append(Moment(exposed_s, tracker.update(exposed_s, seen, tie_m(exposed_s), own_s)))
+                fed.append(TimeStep(exposed_s, tracker.update(exposed_s, seen, tie_m(exposed_s), own_s)))
         return fed
 
     def aim(self) -> None:

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Sized
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.errors import HardwareError
+from kendama_cli.devices.camera.calibration import camera_models
+from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.rendering.mesh import LinkMesh
 from kendama_cli.rendering.scene import Scene
-from kendama_cli.settings.camera import CameraSettings, LightingSettings
+from kendama_cli.settings.camera import CAMERAS, CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.cameras.camera_model import CameraModel
 from kendama_cli.vision.cameras.region import Region, whole
 
 
 class StaleFrame(HardwareError):  # noqa: N818 - the name that callers know from the interface
-    """No frame is young enough; ``camera`` names who is late, ``age_s`` by how much (inf: nothing came at all)."""
+    """No frame is young enough; ``camera`` names it, ``age_s`` is its frame's age (inf: nothing came at all)."""
 
     def __init__(self, camera: str, age_s: float, message: str) -> None:
         super().__init__(message)
@@ -60,7 +61,7 @@ class Camera(Protocol):
         """Forget the newest frame where the clock was set back (a simulated scene begins anew); live cameras go on."""
 
     def close(self) -> None:
-        """Let go of the device or file; idempotent."""
+        """Close the device or file; idempotent."""
 
 
 @dataclass(frozen=True)
@@ -116,3 +117,20 @@ def too_old(camera: str, age_s: float, max_age_s: float) -> StaleFrame:
         f"camera '{camera}': the newest frame is {age_s * 1e3:.0f} ms old, allowed are {max_age_s * 1e3:.0f} ms; "
         "check that the camera still delivers, or lower its rate",
     )
+
+
+def require_one_each(key: str, given: Sized, what: str, cameras: int) -> None:
+    """Raise ConfigError where ``given``, the value of ``key``, does not have one entry for each of the cameras."""
+    if len(given) != cameras:
+        raise ConfigError(
+            key, f"'{key}' has {len(given)} entries for {cameras} cameras: give {what} per camera, as in {key}=[a,b]"
+        )
+
+
+def open_cameras(settings: CameraSettings, clock: Callable[[], float], scene: SceneSource | None) -> list[Camera]:
+    """Open all cameras, calibrated, on one ``clock`` [s]; only rendered ones need a ``scene``.
+
+    Raises ConfigError where the settings contradict each other, InputError where a file cannot be used, and
+    MissingPartError where a device is not there.
+    """
+    return list(CAMERAS.maker(settings.kind)(settings, camera_models(settings), clock, scene))

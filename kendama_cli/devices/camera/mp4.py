@@ -1,4 +1,4 @@
-"""Display of a video by the head of its MP4: turned, mirrored, and trimmed."""
+"""Display of a video by the head of its MP4: rotated, mirrored, and trimmed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ HOLDERS = (b"mdia", b"edts")
 class Mp4Facts:
     """Display of the first video track: by the matrix in its header and by its edit list.
 
-    ``turned_deg``, clockwise, makes its pictures upright as the lens saw them: the flip from left to right of a matrix
+    ``turned_deg``, clockwise, makes its images upright as the lens saw them: the flip from left to right of a matrix
     that ``is_mirrored`` is left out. ``shown_fraction`` of the track's time is shown.
     """
 
@@ -45,20 +45,20 @@ def top_boxes(path: Path) -> list[bytes]:
         return [name for name, _, _ in _boxes(stream, 0, path.stat().st_size)]
 
 
-def _boxes(stream: BinaryIO, place: int, end: int) -> Iterator[tuple[bytes, int, int]]:
-    """Yield name, first byte of the content, and end of each box between two places."""
+def _boxes(stream: BinaryIO, offset: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+    """Yield name, first byte of the content, and end of each box between two boxes."""
     for _ in range(MOST_BOXES):
-        if place + 8 > end:
+        if offset + 8 > end:
             return
-        stream.seek(place)
+        stream.seek(offset)
         length, name = struct.unpack(">I4s", stream.read(8))
-        inside = place + 8
+        inside = offset + 8
         if length == 1:
-            (length,), inside = struct.unpack(">Q", stream.read(8).rjust(8, b"\0")), place + 16
-        yield name, inside, min(place + length, end) if length else end
+            (length,), inside = struct.unpack(">Q", stream.read(8).rjust(8, b"\0")), offset + 16
+        yield name, inside, min(offset + length, end) if length else end
         if length < 8:
             return
-        place += length
+        offset += length
 
 
 def _movie(stream: BinaryIO, start: int, end: int) -> Mp4Facts | None:
@@ -67,11 +67,11 @@ def _movie(stream: BinaryIO, start: int, end: int) -> Mp4Facts | None:
         if name == b"mvhd":
             ticks_per_s, _ = _clock(stream, inside)
         if name == b"trak":
-            places = _places(stream, inside, stop)
-            if b"tkhd" in places and _read(stream, ">8x4s", places.get(b"hdlr", (stop, stop))[0])[0] == b"vide":
-                rows = _matrix(stream, places[b"tkhd"][0])
-                shown_ticks = _shown(stream, *places[b"elst"]) if b"elst" in places else None
-                per_s, whole = _clock(stream, places[b"mdhd"][0]) if b"mdhd" in places else (0, 0)
+            boxes = _contents(stream, inside, stop)
+            if b"tkhd" in boxes and _read(stream, ">8x4s", boxes.get(b"hdlr", (stop, stop))[0])[0] == b"vide":
+                rows = _matrix(stream, boxes[b"tkhd"][0])
+                shown_ticks = _shown(stream, *boxes[b"elst"]) if b"elst" in boxes else None
+                per_s, whole = _clock(stream, boxes[b"mdhd"][0]) if b"mdhd" in boxes else (0, 0)
                 fraction = 1.0
                 if shown_ticks is not None and ticks_per_s and per_s and whole:
                     fraction = min(1.0, shown_ticks / ticks_per_s / (whole / per_s))
@@ -82,17 +82,17 @@ def _movie(stream: BinaryIO, start: int, end: int) -> Mp4Facts | None:
 def _facts(rows: tuple[float, float, float, float], fraction: float) -> Mp4Facts:
     a, b, c, d = rows  # x' = a x + c y, y' = b x + d y
     is_mirrored = a * d - b * c < 0
-    turned = math.degrees(math.atan2(-b, -a) if is_mirrored else math.atan2(b, a))
-    return Mp4Facts(90 * round(turned / 90) % 360, is_mirrored, fraction)
+    rotated = math.degrees(math.atan2(-b, -a) if is_mirrored else math.atan2(b, a))
+    return Mp4Facts(90 * round(rotated / 90) % 360, is_mirrored, fraction)
 
 
-def _places(stream: BinaryIO, start: int, end: int) -> dict[bytes, tuple[int, int]]:
+def _contents(stream: BinaryIO, start: int, end: int) -> dict[bytes, tuple[int, int]]:
     """Return the boxes of a track, those of its holders too, by name."""
     found: dict[bytes, tuple[int, int]] = {}
     for name, inside, stop in _boxes(stream, start, end):
         found.setdefault(name, (inside, stop))
         if name in HOLDERS:
-            found |= _places(stream, inside, stop)
+            found |= _contents(stream, inside, stop)
     return found
 
 
@@ -119,6 +119,6 @@ def _shown(stream: BinaryIO, inside: int, stop: int) -> int:
     return sum(ticks for ticks, since, _ in layout.iter_unpack(entries[:whole]) if since >= 0)
 
 
-def _read(stream: BinaryIO, layout: str, place: int) -> tuple[Any, ...]:
-    stream.seek(place)
+def _read(stream: BinaryIO, layout: str, offset: int) -> tuple[Any, ...]:
+    stream.seek(offset)
     return struct.unpack(layout, stream.read(struct.calcsize(layout)))

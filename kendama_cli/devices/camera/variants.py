@@ -1,6 +1,6 @@
 """The cameras that come with kendama, as declarations for the entry point group ``kendama.cameras``.
 
-``makes`` is called as an OpenCameras (see interface.py) and gives one Camera per calibrated model.
+``makes`` is called as an OpenCameras (see interface.py) and returns one Camera per calibrated model.
 """
 
 from kendama_cli.schema.registry import Variant

@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.camera.film import Film
-from kendama_cli.devices.camera.pixels import read_image
+from kendama_cli.devices.camera.video import VideoFile, read_image
 from kendama_cli.errors import InputError
 
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 FROM_VIDEO = 40
-"""A video gives so many frames, evenly spread; neighbours tell the same."""
+"""A video gives so many frames, evenly spread; neighbours add nothing."""
 
 
 def cameras_of(paths: Sequence[Path]) -> dict[str, list[Path]]:
@@ -61,9 +60,9 @@ def _images(source: Path) -> Iterator[tuple[str, NDArray[np.uint8]]]:
     if source.suffix.lower() in IMAGES:
         yield source.stem, read_image(source)
         return
-    film = Film(source)
-    count = film.count()  # a container's own count may hold frames that its edit list hides
-    wanted = set(np.linspace(0, count - 1, min(count, FROM_VIDEO)).round().astype(int).tolist())
-    for number, (_, pixels) in enumerate(film.frames()):
-        if number in wanted:
+    video = VideoFile(source)
+    count = video.count()  # a container's own count may hold frames that its edit list hides
+    chosen = set(np.linspace(0, count - 1, min(count, FROM_VIDEO)).round().astype(int).tolist())
+    for number, (_, pixels) in enumerate(video.frames()):
+        if number in chosen:
             yield f"frame {number}", pixels

@@ -23,7 +23,7 @@ from kendama_cli.vision.cameras.camera_model import CameraModel
 from kendama_cli.vision.cameras.region import Region, whole
 
 FRAME_STEP = 0xD1342543DE82EF95
-"""Odd, so that no two frames of one camera share a key for their noise."""
+"""Odd, so that the keys of noise of a camera's frames all differ."""
 
 
 def open_virtual(
@@ -118,7 +118,7 @@ class VirtualCameraBlock:
         region = image if self._region is None else self._region.within(image)
         if region.empty:
             region = Region(0, 0, 1, 1)
-        if self._key is None:  # drawn late, so that a stream restored after opening is the one that counts
+        if self._key is None:  # sampled late, so that a stream restored after opening is the one that counts
             self._key = int(self._rng.integers(2**63))
         key = np.uint64((self._key + number * FRAME_STEP) % 2**64)
         pixels = self._sensor.image(partial(self._raycaster.render, self._shot(t_s)), region, image, t_s=t_s, key=key)

@@ -1,4 +1,4 @@
-"""Axes and signs that make a source's frame ours: x in the swing's plane, y, and z up; and what they do to turns."""
+"""Axes and signs from a source's frame to ours (x in the swing's plane, y, z up), and their effect on rotations."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def parity(columns: Sequence[int | str | None]) -> int | None:
     By the axis in their names, such as ``qx``, ``pose.position.x`` or ``X1``, else by the order in the file, which is
     taken to be x, y, z.
     """
-    places = [_axis_of(column) if isinstance(column, str) else column for column in columns]
-    known = [place for place in places if place is not None]
+    positions = [_axis_of(column) if isinstance(column, str) else column for column in columns]
+    known = [position for position in positions if position is not None]
     if len(set(known)) < 3 or len({type(column) for column in columns}) > 1:
         return None
     x, y, z = known

@@ -1,7 +1,7 @@
-"""The laws of a hand, for every variant or a project's own (run: see kendama_cli/conformance.py).
+"""The laws of a demonstrator, for every variant or a project's own (run: see kendama_cli/conformance.py).
 
-Each check takes a function that opens the hands, and raises AssertionError, with the law in words, where one of them
-breaks it. ``CHECKS`` lists them all. Every hand is recorded anew for each law.
+Each check takes a function that opens the demonstrators, and raises AssertionError, with the law in words, where one of
+them breaks it. ``CHECKS`` lists them all. Every demonstrator is recorded anew for each law.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.devices.demonstrator.interface import Demonstrator
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import Demonstrator, open_demonstrators
 from kendama_cli.motion.sampling import step_s
 
 OpenDemonstrators = Callable[[], Sequence[Demonstrator]]
@@ -25,20 +24,20 @@ RATE_SHARE = 0.05
 
 
 def check_names(opened: OpenDemonstrators) -> None:
-    """Check that there is at least one hand, each with a name of its own, which names its demonstration."""
+    """Check that there is at least one demonstrator, each with a name of its own, which names its demonstration."""
     hands = opened()
     names = [hand.name for hand in hands]
     _close(hands)
-    _law(len(hands) > 0, "there is at least one hand")
-    _law(all(names) and len(set(names)) == len(names), f"every hand has a name of its own (are {names})")
+    _law(len(hands) > 0, "there is at least one demonstrator")
+    _law(all(names) and len(set(names)) == len(names), f"every demonstrator has a name of its own (are {names})")
 
 
 def check_time(opened: OpenDemonstrators) -> None:
-    """Check that samples begin at time 0 and rise, at about the rate that the hand states."""
+    """Check that samples begin at time 0 and rise, at about the rate that the demonstrator states."""
     for hand in opened():
         t_s = np.array([sample.t_s for sample in hand.samples()])
         hand.close()
-        _law(len(t_s) >= 2, f"hand '{hand.name}' has two samples or more")
+        _law(len(t_s) >= 2, f"demonstrator '{hand.name}' has two samples or more")
         _law(t_s[0] == 0, f"the first sample of '{hand.name}' is at time 0")
         _law(bool((np.diff(t_s) > 0).all()), f"the times of '{hand.name}' rise")
         rate_hz = 1 / step_s(t_s)
@@ -50,16 +49,19 @@ def check_poses(opened: OpenDemonstrators) -> None:
     for hand in opened():
         samples = list(hand.samples())
         hand.close()
-        places = np.array([sample.position_m for sample in samples])
-        turns = np.array([sample.rotation_wxyz for sample in samples])
-        _law(bool(np.isfinite(places).all()), f"the positions of '{hand.name}' are finite")
-        _law(bool(np.abs(places - places[0]).max() < 10.0), f"'{hand.name}' moves by less than 10 m: metres are meant")
-        _law(bool(np.allclose(np.linalg.norm(turns, axis=1), 1.0, atol=1e-6)), "rotations are unit quaternions")
+        positions = np.array([sample.position_m for sample in samples])
+        rotations = np.array([sample.rotation_wxyz for sample in samples])
+        _law(bool(np.isfinite(positions).all()), f"the positions of '{hand.name}' are finite")
+        _law(
+            bool(np.abs(positions - positions[0]).max() < 10.0),
+            f"'{hand.name}' moves by less than 10 m: metres are meant",
+        )
+        _law(bool(np.allclose(np.linalg.norm(rotations, axis=1), 1.0, atol=1e-6)), "rotations are unit quaternions")
         _law(2 * sum(sample.tracked for sample in samples) > len(samples), f"most samples of '{hand.name}' are tracked")
 
 
 def check_close(opened: OpenDemonstrators) -> None:
-    """Check that a force may be rendered to any hand, and that closing twice is as good as once."""
+    """Check that a force may be rendered to any demonstrator, and that closing twice is as good as once."""
     hands = opened()
     for hand in hands:
         hand.render_force(np.array([0.0, 0.0, -0.1]))
@@ -71,13 +73,13 @@ CHECKS = (check_names, check_time, check_poses, check_close)
 
 
 def subject(configuration: Mapping[str, Any], folder: Path) -> OpenDemonstrators:
-    """Open the hands of ``capture``; what a live one records for the laws goes to ``folder``."""
+    """Open the demonstrators of ``capture``; what a live one records for the laws goes to ``folder``."""
     capture = configuration["capture"]
     if not hasattr(capture, "record"):
         return lambda: open_demonstrators(capture)
     # a recording is never overwritten, and every law records anew
-    places = (folder / f"{number}-{Path(capture.record).name}" for number in itertools.count())
-    return lambda: open_demonstrators(dataclasses.replace(capture, record=str(next(places))))
+    files = (folder / f"{number}-{Path(capture.record).name}" for number in itertools.count())
+    return lambda: open_demonstrators(dataclasses.replace(capture, record=str(next(files))))
 
 
 def test_the_hands_keep_the_law(

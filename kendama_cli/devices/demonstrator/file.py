@@ -1,4 +1,4 @@
-"""A hand that is replayed from recordings: text, or poses in MCAP as an earlier capture or others logged them."""
+"""A demonstrator that is replayed from recordings: text, or poses in MCAP of an earlier capture or of others."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class RecordedDemonstrator:
-    """One recorded swing behind the hand's interface; where a recording holds places only the cup is upright."""
+    """One recorded swing as a demonstrator; where a recording holds positions only, the cup is upright."""
 
     def __init__(self, name: str, recording: Recording) -> None:
         self.name = name
@@ -44,8 +44,8 @@ class RecordedDemonstrator:
     def samples(self) -> Iterator[DemonstratorSample]:
         """Yield every sample of the recording."""
         recording = self._recording
-        turns = [UPRIGHT] * len(recording.t_s) if recording.rotation_wxyz is None else recording.rotation_wxyz
-        for t_s, position_m, rotation in zip(recording.t_s, recording.position_m, turns, strict=True):
+        rotations = [UPRIGHT] * len(recording.t_s) if recording.rotation_wxyz is None else recording.rotation_wxyz
+        for t_s, position_m, rotation in zip(recording.t_s, recording.position_m, rotations, strict=True):
             yield DemonstratorSample(float(t_s), position_m, rotation, tracked=True)
 
     def render_force(self, force_n: Array) -> None:
@@ -82,13 +82,13 @@ def _signed(recording: Recording, settings: FileCapture) -> Recording:
         return made
     named = settings.rotation
     order = 1 if named.w is None else parity((named.x, named.y, named.z)) or 1  # MCAP names no columns
-    places = order if named.w is None else parity((columns.x, columns.y, columns.z)) or order
-    if places != order:
+    positions = order if named.w is None else parity((columns.x, columns.y, columns.z)) or order
+    if positions != order:
         raise InputError(
             recording.path,
             f"capture.columns and capture.rotation take x, y and z in another order ({columns.x}, {columns.y}, "
             f"{columns.z}; {named.x}, {named.y}, {named.z})",
-            remedy="name for each of our axes the place and the turn of one axis of the file",
+            remedy="name for each of our axes the position and the rotation about one axis of the file",
         )
     mirror = order * int(signs.prod())
     if problem := mirror_problem(mirror, settings.handedness):
@@ -149,7 +149,7 @@ def read_mcap(path: str, settings: FileCapture) -> list[Recording]:
 def _recording(path: str, track: PoseTrack, from_start: bool) -> Recording:
     t_ns = track.t_ns()
 
-    def place(sample: int) -> str:
+    def where(sample: int) -> str:
         return f"message {track.number[sample]} of {track.topic}"
 
     rotation = track.rotation_wxyz()
@@ -160,19 +160,19 @@ def _recording(path: str, track: PoseTrack, from_start: bool) -> Recording:
         track.child or Path(path).stem,
         (t_ns - t_ns[0]) * 1e-9,
         np.array(track.position_m, dtype=np.float64),
-        place,
+        where,
         "look at capture.topic and have the poses logged in metres, as they are defined",
         "have the poses logged in a frame whose z points up and whose x lies in the swing's plane, or read them with "
         "capture=body and capture.axes",
-        rotation_wxyz=None if rotation is None else unit_rotations(path, rotation, place, from_start=from_start),
+        rotation_wxyz=None if rotation is None else unit_rotations(path, rotation, where, from_start=from_start),
     )
 
 
-def _topic(path: str, channels: list[dict[str, Any]], wanted: str | None) -> str:
+def _topic(path: str, channels: list[dict[str, Any]], named: str | None) -> str:
     fitting = pose_topics(channels)
-    if wanted is None and len(fitting) == 1:
+    if named is None and len(fitting) == 1:
         return fitting[0]
-    choice = wanted or USUAL_TOPIC
+    choice = named or USUAL_TOPIC
     if choice in fitting:
         return choice
     problem = f"no poses or transforms on the topic '{choice}'; it has {listed(channels)}"

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from kendama_cli.devices.demonstrator.settings import DEMONSTRATORS, CaptureSettings
+from kendama_cli.devices.streams.live_figures import Tell, silent
 from kendama_cli.schema.arrays import Array, array
 
 
@@ -27,9 +29,10 @@ class DemonstratorSample:
 
 
 class Demonstrator(Protocol):
-    """One swing of a hand; ``name`` is what the demonstration is called.
+    """One swing of a person; ``name`` is what the demonstration is called.
 
-    It may also have ``warnings``, a tuple of sentences about what is suspicious in it but possible: capture tells them.
+    It may also have ``warnings``, a tuple of sentences about what is suspicious in it but possible: capture reports
+    them.
     """
 
     name: str
@@ -43,3 +46,12 @@ class Demonstrator(Protocol):
 
     def close(self) -> None:
         """Let go of the device; idempotent."""
+
+
+def open_demonstrators(settings: CaptureSettings, tell: Tell = silent) -> Sequence[Demonstrator]:
+    """Open one device per demonstration, in order; raises InputError or MissingPartError if there is none.
+
+    ``tell`` receives the progress of a stream while it is recorded, of demonstrators whose settings say ``streams``.
+    """
+    make = DEMONSTRATORS.maker(settings.kind)
+    return tuple(make(settings, tell) if getattr(settings, "streams", False) else make(settings))

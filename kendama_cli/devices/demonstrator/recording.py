@@ -23,7 +23,7 @@ MAX_SAMPLES = 100_000
 class Recording:
     """Samples of one demonstration: ``t_s`` (n,) from 0 and ``position_m`` (n, 3).
 
-    ``place`` tells the user where a sample stands in the file (its line, its message), ``unit_remedy`` what to do
+    ``where`` names a sample's position in the file (its line, its message), ``unit_remedy`` what to do
     about wrong units in files of this kind, ``axes_remedy`` where axes are declared.
     """
 
@@ -31,12 +31,12 @@ class Recording:
     name: str
     t_s: Array
     position_m: Array
-    place: Callable[[int], str]
+    where: Callable[[int], str]
     unit_remedy: str
     axes_remedy: str
     warnings: tuple[str, ...] = ()
     rotation_wxyz: Array | None = None
-    """(n, 4) unit quaternions that turn the upright cup; None where only places are there."""
+    """(n, 4) unit quaternions that turn the upright cup; None where only positions are recorded."""
     ball_m: Array | None = None
     """(n, 3) the ball, where it was recorded too; NaN where it was not seen."""
     origin: str = ""
@@ -50,11 +50,11 @@ class Recording:
             position_m=self.position_m[chosen],
             ball_m=None if self.ball_m is None else self.ball_m[chosen],
             rotation_wxyz=None if self.rotation_wxyz is None else self.rotation_wxyz[chosen],
-            place=lambda sample: self.place(int(chosen[sample])),
+            where=lambda sample: self.where(int(chosen[sample])),
         )
 
 
-def unit_rotations(path: str, rotation_wxyz: Array, place: Callable[[int], str], *, from_start: bool) -> Array:
+def unit_rotations(path: str, rotation_wxyz: Array, where: Callable[[int], str], *, from_start: bool) -> Array:
     """Normalise quaternions (n, 4) exactly and, ``from_start``, relative to an upright cup at the start.
 
     Raises InputError at the first that is of another length, for then the columns are something else.
@@ -65,7 +65,7 @@ def unit_rotations(path: str, rotation_wxyz: Array, place: Callable[[int], str],
         raise InputError(
             path,
             f"a quaternion of length {wrong.length:.4g}; it must be 1",
-            where=place(wrong.index),
+            where=where(wrong.index),
             remedy="look at capture.rotation: w is the real part, some programs write it last",
         ) from None
     return multiply(unit, inverse(unit[0])) if from_start else unit

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.demonstrator.hanging_ball import rise_of
 from kendama_cli.devices.demonstrator.recording import MIN_SAMPLES, Recording
 from kendama_cli.devices.demonstrator.recording_checks import check_samples, check_swing
 from kendama_cli.devices.demonstrator.settings import PlausibleSettings
-from kendama_cli.devices.demonstrator.swing_axes import NEVER_RISES
+from kendama_cli.devices.demonstrator.swing_axes import NEVER_RISES, rise_of
 from kendama_cli.motion.dmp.onset import REST_WINDOW_S, SmoothSpeed
 from kendama_cli.schema.arrays import Array
 
@@ -21,9 +20,9 @@ SHORT_REST_S = 0.25
 LONG_REST_S = 0.65
 """No ball on a rope of 0.42 m flies longer than 0.6 s: a hand that rests so long has ended its swing."""
 MARGIN_S = 0.25
-"""So much of the rest is left on either side; two parts share no more than the rest between them."""
+"""So much of the rest is left on either side; two parts overlap in no more than the rest between them."""
 SLOW_SHARE = 0.4
-"""A movement whose peak speed is below this share of the fastest one's is a way back."""
+"""A movement whose peak speed is below this fraction of the fastest one's is a return."""
 LEAST_S = 0.3
 SWING_RISE = 0.5
 
@@ -62,11 +61,11 @@ def cut_apart(recording: Recording) -> tuple[list[Recording], list[str]]:
         if peak < SLOW_SHARE * max(peaks) or lasts_s < LEAST_S:
             left.append(
                 f"left out: {lasts_s:.1f} s from {t_s[first]:.1f} s on, where the hand reaches {peak:.2f} m/s only: "
-                "no swing, a way back, say (capture.segments=one keeps it)"
+                "no swing but a return, say (capture.segments=one keeps it)"
             )
         else:
             kept.append((first, last))
-    if not kept:  # jumps faster than any hand, say: the checks of one swing tell what is wrong
+    if not kept:  # jumps faster than any hand, say: the checks of one swing say what is wrong
         return [recording], []
     rises = [_rises(recording, piece) for piece in kept]
     if max(rises, default=0.0) >= SWING_RISE:
@@ -74,7 +73,7 @@ def cut_apart(recording: Recording) -> tuple[list[Recording], list[str]]:
             kept.remove((first, last))
             left.append(
                 f"left out: {t_s[last] - t_s[first]:.1f} s from {t_s[first]:.1f} s on, with which a ball never rises "
-                "over the cup, as it does elsewhere in the recording: a way back, say (capture.segments=one keeps it)"
+                "over the cup, as it does elsewhere in the recording: a return, say (capture.segments=one keeps it)"
             )
     return [_part(recording, one, number, len(kept)) for number, one in enumerate(kept, start=1)], left
 

@@ -1,19 +1,19 @@
-"""Sources of the hand's demonstrations."""
+"""Settings of demonstrators: the recordings of a person's swings."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Literal
 
 from kendama_cli.devices.demonstrator.axes import HANDEDNESS, Handedness
 from kendama_cli.errors import ConfigError
-from kendama_cli.schema.registry import Registry
+from kendama_cli.schema.registry import ChosenSettings, Registry
 from kendama_cli.schema.settings import setting
 from kendama_cli.schema.units import LengthUnit, TimeUnit
 
 Column = int | str | None
 FARTHEST_M = 50.0
-"""No tracker of hands sees so far: places beyond are in another unit."""
+"""No tracker sees so far: positions beyond are in another unit."""
 TIMES = "even: stamps that stray from a steady rate by less than 50 ms are put there; stamps: as they are"
 DEMONSTRATORS = Registry("kendama.demonstrators", "demonstrator")
 
@@ -22,7 +22,7 @@ DEMONSTRATORS = Registry("kendama.demonstrators", "demonstrator")
 class ColumnSettings:
     """Columns of the quantities: a number (counted from ``column_base``) or a name of the header row."""
 
-    time: int | str | None = setting("column of the time stamps; null where rate_hz tells the time")
+    time: int | str | None = setting("column of the time stamps; null where rate_hz gives the time")
     x: int | str | None = setting("column of x, which lies in the swing plane")
     y: int | str | None = setting("column of y, sideways; null for a swing recorded in its plane (y = 0)")
     z: int | str | None = setting("column of z, which points up")
@@ -33,17 +33,17 @@ class RotationSettings:
     """Columns of the orientation's unit quaternion, as ``ColumnSettings``; all null: only positions are there."""
 
     w: int | str | None = setting("column of its real part")
-    x: int | str | None = setting("column of its part along x, whose sign is that of the place")
+    x: int | str | None = setting("column of its part along x, whose sign is that of the position")
     y: int | str | None = setting("column of its part along y")
     z: int | str | None = setting("column of its part along z")
     upright: Literal["start", "given"] = setting(
-        "start: the cup is upright where the swing begins; given: the quaternion turns the upright cup"
+        "start: the cup is upright where the swing begins; given: the quaternion rotates the upright cup"
     )
 
 
 @dataclass(frozen=True)
 class SignSettings:
-    """-1 turns an axis round."""
+    """Signs that flip an axis (-1)."""
 
     x: Literal[1, -1] = setting("sign of x")
     y: Literal[1, -1] = setting("sign of y")
@@ -52,7 +52,7 @@ class SignSettings:
 
 @dataclass(frozen=True)
 class PlausibleSettings:
-    """Ranges of a hand's swing; outside, units or rate are taken to be wrong."""
+    """Ranges of a hand's swing; outside, units or rate are assumed wrong."""
 
     min_extent_m: float = setting("smallest extent of a swing along its widest axis [m]", above=0)
     max_extent_m: float = setting("largest extent of a swing along any axis [m]", above=0)
@@ -61,7 +61,7 @@ class PlausibleSettings:
     max_acceleration_m_s2: float = setting("largest acceleration over 10 ms that a hand reaches [m/s^2]", above=0)
     min_duration_s: float = setting("shortest swing [s]", above=0)
     axes: Literal["refuse", "warn", "off"] = setting(
-        "reaction to a path that is a swing along other axes than the declared ones, or under gravity turned"
+        "reaction to a path that is a swing along other axes than the declared ones, or under rotated gravity"
     )
 
 
@@ -119,13 +119,5 @@ class FileCapture:
             )
 
 
-class CaptureSettingsNode(Protocol):
-    """Settings that every hand has beside fields of its own."""
-
-    @property
-    def kind(self) -> str:
-        """The name under which the hand is registered."""
-
-
-CaptureSettings = Annotated[CaptureSettingsNode, DEMONSTRATORS]
-"""The node ``capture``: settings of any registered hand."""
+CaptureSettings = Annotated[ChosenSettings, DEMONSTRATORS]
+"""The node ``capture``: settings of any registered demonstrator."""

@@ -47,7 +47,7 @@ def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
     ]
     lines = [row.line for row in rows.data]
 
-    def place(sample: int) -> str:
+    def where(sample: int) -> str:
         return f"line {lines[sample]}"
 
     return Recording(
@@ -55,10 +55,10 @@ def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
         name_of(path),
         _seconds(path, rows, settings),
         METRES[settings.unit] * np.column_stack(axes),
-        place,
+        where,
         "look at the unit (capture.unit: m, cm or mm) and at capture.columns",
         "look at capture.columns and capture.sign (z points up, x lies in the swing's plane)",
-        rotation_wxyz=_rotation(path, rows, settings, place),
+        rotation_wxyz=_rotation(path, rows, settings, where),
         origin=(found[1] or found[2]).lower() if (found := ORIGIN.search(text[:LONGEST_HEAD])) else "",
     )
 
@@ -77,7 +77,7 @@ def _seconds(path: str, rows: Rows, settings: FileCapture) -> Array:
     return exact_seconds(cells, stamps, SECONDS[settings.time_unit])
 
 
-def _rotation(path: str, rows: Rows, settings: FileCapture, place: Callable[[int], str]) -> Array | None:
+def _rotation(path: str, rows: Rows, settings: FileCapture, where: Callable[[int], str]) -> Array | None:
     """Return the unit quaternions (n, 4) of the named columns; None if none are named."""
     named = settings.rotation
     if named.w is None:
@@ -88,7 +88,7 @@ def _rotation(path: str, rows: Rows, settings: FileCapture, place: Callable[[int
         for axis, column in zip("wxyz", columns, strict=True)
         if column is not None
     ]
-    return unit_rotations(path, np.column_stack(parts), place, from_start=named.upright == "start")
+    return unit_rotations(path, np.column_stack(parts), where, from_start=named.upright == "start")
 
 
 def _rows(path: str, text: str, settings: FileCapture) -> Rows:
@@ -148,10 +148,10 @@ def _check_units(path: str, rows: Rows, settings: FileCapture) -> None:
         row = rows.header[-1]
         index = _index(path, rows.header, f"capture.columns.{axis}", column, settings.column_base)
         cell = row.cells[index] if index < len(row.cells) else ""
-        told = (time_unit if axis == "time" else length_unit)(cell)
-        if told not in (None, declared):
+        text = (time_unit if axis == "time" else length_unit)(cell)
+        if text not in (None, declared):
             problem = f"the row of units says '{cell}' for column {column}, and capture.{key} is {declared}"
-            raise InputError(path, problem, where=f"line {row.line}", remedy=f"set capture.{key}={told}")
+            raise InputError(path, problem, where=f"line {row.line}", remedy=f"set capture.{key}={text}")
 
 
 def _index(path: str, header: Sequence[Row], key: str, column: int | str, base: int) -> int:

@@ -1,6 +1,6 @@
-"""Samples as a tracker saw them, of what a recorder wrote: repeated rows, held places and straying stamps mended.
+"""Samples as a tracker saw them, of what a recorder wrote: repeated rows, held positions and straying stamps corrected.
 
-Each is told. Nothing is mended that could be the motion itself.
+Each correction is reported. Nothing is corrected that could be the motion itself.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ STALL_MOST_S, STALLED_MOST_SHARE = 1.0, 0.2
 FEWEST, SOME = 10, 25
 
 FAST_SHARE, FAST_WINDOW_S = 0.3, 0.1
-"""Fraction of the peak speed over so long: a hand that moves so fast is nowhere twice."""
+"""Fraction of the peak speed over so long: a hand that moves so fast is at no position twice."""
 HELD_SHARE = 0.2
-"""Fraction of a fast hand's rows that repeat the place before: from here on the tracker is slower than the file."""
+"""Fraction of a fast hand's rows that repeat the position before: from here on the tracker is slower than the file."""
 LONG_HOLD = 2.5
-"""A place that is held so many times longer than usual was lost, not held."""
+"""A position that is held so many times longer than usual was lost, not held."""
 
 
 def tidied(recording: Recording, times: str) -> Recording:
-    """Return the recording without repeated rows and held places, and with even times unless they are ``stamps``."""
+    """Return the recording without repeated rows and held positions, and with even times unless they are ``stamps``."""
     if (
         len(recording.t_s) < MIN_SAMPLES
         or not np.isfinite(np.column_stack([recording.t_s, recording.position_m])).all()
@@ -46,7 +46,7 @@ def tidied(recording: Recording, times: str) -> Recording:
 def _rows_once(recording: Recording) -> Recording:
     """Remove rows that repeat an earlier one to the digit, time and all.
 
-    None are where rows of one time differ: then the stamps are coarse, and a hand at rest has the same place twice.
+    None are where rows of one time differ: then the stamps are coarse, and a hand at rest has the same position twice.
     """
     parts = [recording.t_s[:, None], recording.position_m, recording.rotation_wxyz, recording.ball_m]
     table = np.ascontiguousarray(np.hstack([part for part in parts if part is not None]))
@@ -54,14 +54,14 @@ def _rows_once(recording: Recording) -> Recording:
     first = np.sort(np.unique(whole.view(f"V{table.dtype.itemsize * table.shape[1]}"), return_index=True)[1])
     if (repeats := len(table) - len(first)) == 0 or len(np.unique(recording.t_s)) < len(first):
         return recording
-    return _told(recording.rows(first), f"{repeats} rows repeat an earlier one to the digit and are taken once")
+    return _told(recording.rows(first), f"{repeats} rows repeat an earlier one to the digit and are used once")
 
 
 def _held_once(recording: Recording) -> Recording:
     """Keep once the positions that a recorder wrote again, without a newer one, at the tracker's steady rate.
 
-    A new place is written late by up to one row, so that its stamps stray about ticks a + P k, which are found by
-    numbering them and a line of least squares. Where the hand is slow, a place may stay: each tick has a sample.
+    A new position is written late by up to one row, so that its stamps stray about ticks a + P k, which are found by
+    numbering them and a line of least squares. Where the hand is slow, a position may stay: each tick has a sample.
     """
     t_s, place_m = recording.t_s, recording.position_m
     if len(t_s) < MIN_SAMPLES or np.diff(t_s).min() <= 0:  # rows may be gone
@@ -69,17 +69,17 @@ def _held_once(recording: Recording) -> Recording:
     speed = SmoothSpeed(t_s, place_m).over(FAST_WINDOW_S)
     fast = speed > FAST_SHARE * speed.max()
     new = np.concatenate([[True], (np.diff(place_m, axis=0) != 0).any(axis=1)])
-    share = float(1 - new[fast].mean()) if fast.any() else 0.0
+    fraction = float(1 - new[fast].mean()) if fast.any() else 0.0
     begins = np.flatnonzero(new)
     steps_s = np.diff(t_s[begins])[fast[begins][1:]]
-    if share < HELD_SHARE or len(steps_s) < MIN_SAMPLES // 2:
+    if fraction < HELD_SHARE or len(steps_s) < MIN_SAMPLES // 2:
         return recording
     rows, at_s, period_s = _ticks(t_s, begins, fast, steps_s)
-    told = (
-        f"{share:.0%} of the rows of the moving hand repeat the place before: the tracker gives {1 / period_s:.1f} Hz, "
-        "and each place is taken once"
+    text = (
+        f"{fraction:.0%} of the rows of the moving hand repeat the position before: the tracker delivers "
+        f"{1 / period_s:.1f} Hz, and each position is used once"
     )
-    return _told(replace(recording.rows(rows), t_s=at_s - at_s[0]), told)
+    return _told(replace(recording.rows(rows), t_s=at_s - at_s[0]), text)
 
 
 def _ticks(
@@ -109,11 +109,11 @@ def _evened(recording: Recording) -> Recording:
     order = np.argsort(stamps_s, kind="stable")
     if _roughness(even_s, place_m) >= _roughness(stamps_s[order], place_m[order]):
         return recording
-    told = (
+    text = (
         f"stamps stray by up to {1e3 * float(np.abs(even_s - stamps_s).max()):.1f} ms from a steady "
         f"{1 / float(np.diff(even_s).min()):.1f} Hz, whose times are taken (capture.times=stamps keeps them)"
     )
-    return _told(replace(recording, t_s=even_s - even_s[0]), told)
+    return _told(replace(recording, t_s=even_s - even_s[0]), text)
 
 
 def _roughness(t_s: Array, place_m: Array) -> float:

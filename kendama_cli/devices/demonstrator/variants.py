@@ -1,8 +1,8 @@
-"""The hands that come with kendama, as declarations for the entry point group ``kendama.demonstrators``.
+"""The demonstrators that come with kendama, as declarations for the entry point group ``kendama.demonstrators``.
 
-``makes`` is called with its settings and gives a sequence of Demonstrator, one per demonstration, in order.
-Where the settings have ``streams: ClassVar[bool] = True`` it is called with a second argument, the Tell that shows who
-watches how the stream comes (see live_figures).
+``makes`` is called with its settings and returns a sequence of Demonstrator, one per demonstration, in order.
+Where the settings have ``streams: ClassVar[bool] = True`` it is called with a second argument, the Tell that reports
+the progress of the stream (see live_figures).
 """
 
 from kendama_cli.schema.registry import Variant

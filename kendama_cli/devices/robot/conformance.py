@@ -62,7 +62,7 @@ def check_rest(opened: OpenRobot) -> None:
         _law(len(last.state.effort_nm) == len(robot.joint_names), "there is one effort per joint")
         _law(last.state.wrist_wrench.shape == (6,), "the wrist's sensor reads three forces and three torques")
         _law(bool(np.isfinite(last.state.wrist_wrench).all()), "the wrist's sensor reads finite values")
-        _law(last.state.cup_in_world_m.shape == (3,) == last.state.ball_in_world_m.shape, "cup and ball are places")
+        _law(last.state.cup_in_world_m.shape == (3,) == last.state.ball_in_world_m.shape, "cup and ball are positions")
         _law(not last.state.caught, "a ball that hangs is not caught")
 
 
@@ -107,7 +107,7 @@ def check_absurd(opened: OpenRobot) -> None:
 
 
 def check_feedforward(opened: OpenRobot) -> None:
-    """Check that an added torque reaches the motors: at rest the arm gives way to it."""
+    """Check that an added torque reaches the motors: at rest the arm yields to it."""
     with opened() as robot:
         rest = _rest(robot)
         pushed = dataclasses.replace(rest, effort_nm=0.02 * robot.limits.effort_nm)
@@ -128,7 +128,7 @@ def check_reset(opened: OpenRobot) -> None:
         again = _short_rollout(robot, seed=3)
         if robot.realtime:
             off = np.abs(first[0].state.position_rad - again[0].state.position_rad).max()
-            _law(bool(off < 0.02), "a reset brings the arm to the same place")
+            _law(bool(off < 0.02), "a reset brings the arm to the same position")
             return
         for a, b in zip(first, again, strict=True):
             for name in ("position_rad", "velocity_rad_s", "wrist_wrench", "ball_in_world_m", "cup_in_world_m"):
@@ -174,7 +174,10 @@ def check_torque(opened: OpenRobot) -> None:
         for _ in range(50):
             pushed = torque.exchange(JointTorque(push, none))
         _law(bool(np.array_equal(pushed.sent.torque_nm, push)), "a feasible torque is sent as it is")
-        _law(bool(pushed.state.position_rad[0] > rest.position_rad[0] + 1e-6), "a torque moves its joint its own way")
+        _law(
+            bool(pushed.state.position_rad[0] > rest.position_rad[0] + 1e-6),
+            "a torque moves its joint along",
+        )
         robot.reset(rest.position_rad, 1)
         wild = torque_interface(robot, "conformance").exchange(JointTorque(100.0 * torque.effort_nm, none))
         _within(wild.sent.torque_nm, torque.effort_nm, "effort")
@@ -209,8 +212,8 @@ def test_the_robot_keeps_the_law(law: Callable[[OpenRobot], None], configuration
 
 def _rest(robot: Robot) -> JointCommand:
     zeros = np.zeros(len(robot.joint_names))
-    middle = np.clip(zeros, robot.limits.lower_rad + 0.1, robot.limits.upper_rad - 0.1)
-    return JointCommand(middle, zeros, zeros)
+    center = np.clip(zeros, robot.limits.lower_rad + 0.1, robot.limits.upper_rad - 0.1)
+    return JointCommand(center, zeros, zeros)
 
 
 def _settled(robot: Robot, rest: JointCommand, command: JointCommand) -> Exchange:

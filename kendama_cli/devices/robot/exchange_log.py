@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, WrappedRobot
 from kendama_cli.log.messages import JointExchangeMessage
 from kendama_cli.schema.arrays import Array
 
@@ -23,40 +23,24 @@ def exchange_message(joint_names: Sequence[str], exchange: Exchange) -> JointExc
     )
 
 
-class RememberingRobot:
+class RememberingRobot(WrappedRobot):
     """``robot``, with the control periods ``played`` since its last ``reset`` or ``forget``, the rest before them."""
 
     def __init__(self, robot: Robot) -> None:
-        self._robot = robot
-        self.joint_names, self.limits, self.period_s = robot.joint_names, robot.limits, robot.period_s
-        self.realtime = robot.realtime
-        self.torque = None  # what is commanded by torques is logged as it comes
+        super().__init__(robot)
         self.played: list[Exchange] = []
-
-    @property
-    def missed(self) -> int:
-        """The robot's own count."""
-        return self._robot.missed
 
     def exchange(self, command: JointCommand) -> Exchange:
         """Play one control period; raises HardwareError as the robot does."""
-        self.played.append(self._robot.exchange(command))
+        self.played.append(super().exchange(command))
         return self.played[-1]
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
         """Reset the robot."""
         self.forget()
-        self.played.append(self._robot.reset(position_rad, seed))
+        self.played.append(super().reset(position_rad, seed))
         return self.played[-1]
 
     def forget(self) -> None:
         """Forget the periods played, which are logged."""
         self.played = []
-
-    def halt(self) -> None:
-        """Halt the robot."""
-        self._robot.halt()
-
-    def close(self) -> None:
-        """Close the robot."""
-        self._robot.close()

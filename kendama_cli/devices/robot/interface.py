@@ -15,7 +15,7 @@ from kendama_cli.schema.arrays import Array, array
 
 @dataclass(frozen=True)
 class JointCommand:
-    """The wanted state of n joints at the end of the coming control period; every array is (n,).
+    """The desired state of n joints at the end of the coming control period; every array is (n,).
 
     ``effort_nm`` is added to what the robot's own controller commands: what the commander knows and the controller
     does not, identified friction say. Left out it is zero.
@@ -38,7 +38,7 @@ class RobotState:
     ``ball_in_world_m`` and ``cup_in_world_m`` (3,) come from the robot's own tracking (a twin's noisy marker, a real
     laboratory's motion capture); ``cup_in_world_m`` is the rope's tie point. ``caught`` is the cup's ball sensor.
     ``wrist_wrench`` (6,) is the force-torque sensor between tip link and tool: force [N], then torque [Nm], that the
-    tool exerts on the tip link, in that link's frame at its origin. ``effort_nm`` is what the motors give, and
+    tool exerts on the tip link, in that link's frame at its origin. ``effort_nm`` is the motors' torque, and
     ``external_nm`` what of it the robot itself takes for a push from outside; None for a robot that does not estimate.
     """
 
@@ -75,7 +75,7 @@ class SceneState:
 class Exchange:
     """One control period: the command that was really carried out after all limits, the state after it, its time.
 
-    Only a simulated robot tells the ``scene``; a real one is seen by real cameras.
+    Only a simulated robot reports the ``scene``; a real one is seen by real cameras.
     """
 
     sent: JointCommand
@@ -136,7 +136,7 @@ class BrakingTorque(TorqueInterface, Protocol):
 class Robot(Protocol):
     """An arm that holds the cup; one call of ``exchange`` is one control period.
 
-    ``realtime``: its time goes on by itself, and a command that is late is missed; otherwise it waits.
+    ``realtime``: its time runs by itself, and a late command is missed; otherwise it waits.
     """
 
     joint_names: tuple[str, ...]
@@ -165,12 +165,44 @@ class Robot(Protocol):
         """Stop and stay stopped; idempotent, safe from any state."""
 
     def close(self) -> None:
-        """Halt and let go of the device."""
+        """Halt and close the device."""
+
+
+class WrappedRobot:
+    """Robot that passes everything on to another one, by position commands only; a subclass changes what it is for."""
+
+    torque: TorqueInterface | None = None
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self.joint_names, self.limits, self.period_s = robot.joint_names, robot.limits, robot.period_s
+        self.realtime = robot.realtime
+
+    @property
+    def missed(self) -> int:
+        """Count of the robot itself."""
+        return self._robot.missed
+
+    def exchange(self, command: JointCommand) -> Exchange:
+        """Exchange one control period; raises HardwareError as the robot does."""
+        return self._robot.exchange(command)
+
+    def reset(self, position_rad: Array, seed: int) -> Exchange:
+        """Reset the robot."""
+        return self._robot.reset(position_rad, seed)
+
+    def halt(self) -> None:
+        """Halt the robot."""
+        self._robot.halt()
+
+    def close(self) -> None:
+        """Close the robot."""
+        self._robot.close()
 
 
 @runtime_checkable
 class RecoverableRobot(Protocol):
-    """A robot whose controller keeps a stop, a reflex say, until it is told to recover ('kendama robot recover')."""
+    """A robot whose controller keeps a stop, a reflex say, until 'kendama robot recover'."""
 
     def recover(self) -> None:
         """Leave the stop without moving; raises HardwareError where that is refused."""

@@ -16,28 +16,28 @@ from kendama_cli.simulation.dart.drive_kernel import limit_rows
 
 ABSURD_RAD = 1e3
 ABSURD_FACTOR = 1e5
-"""No commander means a place farther away than ABSURD_RAD, or so many times what a joint's limits allow."""
+"""No commander means a position farther away than ABSURD_RAD, or so many times what a joint's limits allow."""
 
 
-def limit_command(last: JointCommand, wanted: JointCommand, limits: JointLimits, period_s: float) -> JointCommand:
-    """Return the command nearest to ``wanted`` that can follow ``last`` in one control period within all limits.
+def limit_command(last: JointCommand, desired: JointCommand, limits: JointLimits, period_s: float) -> JointCommand:
+    """Return the command nearest to ``desired`` that can follow ``last`` in one control period within all limits.
 
     The reference between two commands is the cubic with their positions and velocities. Where that keeps to the limits
-    of position, speed and acceleration and leaves room to brake (see Drive), ``wanted`` passes unchanged. Otherwise its
-    speed is clipped to what can be reached and braked from, then its place to what can be reached with that speed.
-    Raises HardwareError for a command that ``check_command`` refuses.
+    of position, speed and acceleration and leaves room to brake (see Drive), ``desired`` passes unchanged. Otherwise
+    its speed is clipped to what can be reached and braked from, then its position to what can be reached with that
+    speed. Raises HardwareError for a command that ``check_command`` refuses.
     """
-    check_command(wanted, limits)
-    return nearest_command(last, wanted, limits, period_s)
+    check_command(desired, limits)
+    return nearest_command(last, desired, limits, period_s)
 
 
-def nearest_command(last: JointCommand, wanted: JointCommand, limits: JointLimits, period_s: float) -> JointCommand:
+def nearest_command(last: JointCommand, desired: JointCommand, limits: JointLimits, period_s: float) -> JointCommand:
     """Return the same as ``limit_command``, for a command that is known not to be absurd."""
-    begin, end = (np.array([one.position_rad, one.velocity_rad_s], dtype=np.float64) for one in (last, wanted))
+    begin, end = (np.array([one.position_rad, one.velocity_rad_s], dtype=np.float64) for one in (last, desired))
     sent = np.empty_like(end)
     drive_kernel.nearest_state(*begin, *end, limit_rows(limits, period_s), period_s, *sent)  # type: ignore[call-arg]
     top = limits.acceleration_rad_s2
-    return JointCommand(sent[0], sent[1], np.clip(wanted.acceleration_rad_s2, -top, top))
+    return JointCommand(sent[0], sent[1], np.clip(desired.acceleration_rad_s2, -top, top))
 
 
 def braked(last: JointCommand, acceleration_rad_s2: Array, step_s: float) -> JointCommand:
@@ -45,21 +45,21 @@ def braked(last: JointCommand, acceleration_rad_s2: Array, step_s: float) -> Joi
     most = acceleration_rad_s2 * step_s
     slower = np.clip(last.velocity_rad_s, -most, most)
     speed = last.velocity_rad_s - slower
-    place = last.position_rad + (last.velocity_rad_s + speed) / 2 * step_s
-    return JointCommand(place, speed, -slower / step_s)
+    position = last.position_rad + (last.velocity_rad_s + speed) / 2 * step_s
+    return JointCommand(position, speed, -slower / step_s)
 
 
-def approach(way: tuple[Array, Array], speed_rad_s: float, period_s: float, least_s: float) -> Iterator[JointCommand]:
-    """Yield a command for each period of a minimum-jerk motion along ``way``, from start to goal (n,), at most so fast.
+def approach(path: tuple[Array, Array], speed_rad_s: float, period_s: float, least_s: float) -> Iterator[JointCommand]:
+    """Yield a command for each period of a minimum-jerk motion along ``path``, from start to goal (n,).
 
-    It takes ``least_s`` or longer; the rest at the goal is not among the commands.
+    It takes ``least_s`` or longer, at ``speed_rad_s`` at most; the rest at the goal is not among the commands.
     """
-    start, goal = way
+    start, goal = path
     span_s = max(minimum_jerk.PEAK_RATE * float(np.abs(goal - start).max()) / speed_rad_s, least_s)
     for t_s in np.arange(period_s, span_s, period_s):
-        place = start + float(minimum_jerk.step(t_s / span_s)) * (goal - start)
+        position = start + float(minimum_jerk.step(t_s / span_s)) * (goal - start)
         speed = float(minimum_jerk.step_rate(t_s / span_s)) / span_s * (goal - start)
-        yield JointCommand(place, speed, np.zeros_like(speed))
+        yield JointCommand(position, speed, np.zeros_like(speed))
 
 
 def check_command(command: JointCommand, limits: JointLimits) -> None:

@@ -16,8 +16,8 @@ from kendama_cli.settings.robot import RobotSettings
 def open_robot(hardware: HardwareSettings, robot: RobotSettings, task: Task) -> Iterator[Robot]:
     """Open the robot of the kind that ``hardware`` chooses, closed in the end.
 
-    That a robot which may be real is armed has been checked before a stage begins (``kendama run --arm``, asked for by
-    the settings' ``moves``). Raises ConfigError where the settings do not declare it, and what opening raises.
+    A robot that may be real has been armed before a stage begins (``kendama run --arm``, by the settings' ``moves``).
+    Raises ConfigError where the settings do not declare it, and what opening raises.
     """
     if not isinstance(getattr(type(hardware), "moves", None), bool):
         raise ConfigError(

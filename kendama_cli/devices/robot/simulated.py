@@ -32,13 +32,13 @@ from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 
 
 class ImperfectTracking:
-    """Tells places (k, 3) of k markers, one reading every ``period_s``; all errors are drawn from ``rng``.
+    """Tracking of k markers at (k, 3) with errors sampled from ``rng``, one reading every ``period_s``.
 
-    To white noise comes an error of the same size at all times that forgets itself over ``drift_s``:
+    To white noise comes an error of the same size at all times that decays over ``drift_s``:
 
         e' = a e + sqrt(1 - a^2) drift_m n,   a = exp(-period_s / drift_s), n standard normal
 
-    Then the reading is told ``tracking_delay_s`` late, or, where it is lost, the one before it again.
+    Then the reading comes ``tracking_delay_s`` late, or, where it is lost, the one before it again.
     """
 
     def __init__(self, errors: Imperfection, period_s: float, rng: np.random.Generator) -> None:
@@ -65,19 +65,19 @@ class ImperfectTracking:
 
 def true_scene(world: ArmWorld) -> SceneState:
     """Return the true joints, cup and ball of a game."""
-    place = world.body.cup.getWorldTransform()
+    pose = world.body.cup.getWorldTransform()
     return SceneState(
         np.array(world.position_rad),
         np.array(world.ball.tie_m),
-        np.array(place.rotation()),
+        np.array(pose.rotation()),
         np.array(world.ball.position_m),
     )
 
 
 def true_contact(world: ArmWorld, moving: Sequence[str]) -> ContactTruth:
     """Return the body that the probe touches, and the poses of the scene's ``moving`` bodies."""
-    places = [(name, world.scene.bodies[name].getWorldTransform()) for name in moving]
-    poses = [BodyPose(name, np.array(one.translation()), np.array(one.rotation())) for name, one in places]
+    transforms = [(name, world.scene.bodies[name].getWorldTransform()) for name in moving]
+    poses = [BodyPose(name, np.array(one.translation()), np.array(one.rotation())) for name, one in transforms]
     return ContactTruth(world.sensor.touched, tuple(poses))
 
 
@@ -86,8 +86,8 @@ def path_between(last: JointCommand, sent: JointCommand, *, steps: int, step_s: 
     path = cubic_between(
         (last.position_rad, last.velocity_rad_s), (sent.position_rad, sent.velocity_rad_s), steps=steps, step_s=step_s
     )
-    share = np.arange(1, steps + 1)[:, None] / steps
-    return list(zip(*path, last.effort_nm + share * (sent.effort_nm - last.effort_nm), strict=True))
+    fraction = np.arange(1, steps + 1)[:, None] / steps
+    return list(zip(*path, last.effort_nm + fraction * (sent.effort_nm - last.effort_nm), strict=True))
 
 
 class SimulatedRobot:
@@ -95,7 +95,7 @@ class SimulatedRobot:
 
     ``exchange`` runs ``control_period_s`` of 1 ms steps along the cubic between the last command and this one, after
     the limits; with an ``imperfection`` the reference arrives late and lagging, readings are noisy, and rope and
-    friction are not what the controller believes. Lag and latency are those of its drive, which torque passes by.
+    friction differ from the controller's model. Lag and latency are those of its drive, which torque passes by.
     """
 
     def __init__(

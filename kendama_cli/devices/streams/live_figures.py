@@ -16,11 +16,11 @@ Tell = Callable[..., None]
 
 
 def silent(done: int, total: int | None, **figures: float | int | str) -> None:
-    """Tell nobody."""
+    """Report nothing."""
 
 
 class LiveFigures:
-    """Tells of a stream of ``seconds`` twice a second: ``rate_hz`` and ``delay_ms`` since the last time, all gaps."""
+    """Report on a stream of ``seconds`` twice a second: ``rate_hz`` and ``delay_ms`` since the last one, all gaps."""
 
     def __init__(self, tell: Tell, seconds: float) -> None:
         self._tell, self._total = tell, math.ceil(seconds)

@@ -2,7 +2,7 @@
 
 A header of 58 bytes (version, type, device name, time, size of the body, CRC-64 of the body), big-endian; from version
 2 on an extended header opens the body and metadata end it. TRANSFORM is a 3 x 4 matrix of 32-bit floats in columns,
-the last of them the place (by convention in mm); STRING an encoding, a length and bytes.
+the last of them the position (by convention in mm); STRING an encoding, a length and bytes.
 
 ``pyigtl`` keeps only the newest message of each device and looks for it every 10 ms, so a recording through it loses
 samples, and its threads would share the interpreter with a loop of 1 kHz; the tests let its server speak to this.
@@ -37,7 +37,7 @@ class Message:
 
 
 class MessageStream:
-    """Takes bytes as they come, and gives the whole messages among them; of other kinds than ``WANTED`` none."""
+    """Takes bytes as they come, and yields the whole messages among them, of the kinds ``WANTED`` alone."""
 
     def __init__(self) -> None:
         self._pending = bytearray()
@@ -72,9 +72,9 @@ def _content(body: bytes) -> bytes:
     return body[extended : len(body) - metadata_header - metadata]
 
 
-def transform(device: str, place: tuple[float, float, float]) -> bytes:
+def transform(device: str, position: tuple[float, float, float]) -> bytes:
     """Return a TRANSFORM of version 1 without rotation."""
-    return _message("TRANSFORM", device, TRANSFORM.pack(1, 0, 0, 0, 1, 0, 0, 0, 1, *place))
+    return _message("TRANSFORM", device, TRANSFORM.pack(1, 0, 0, 0, 1, 0, 0, 0, 1, *position))
 
 
 def string(device: str, text: str) -> bytes:

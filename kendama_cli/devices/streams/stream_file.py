@@ -1,4 +1,4 @@
-"""A live stream as it is kept on disk: a row for every pose that came, in the source's own axes."""
+"""A live stream as it is stored on disk: a row for every pose that came, in the source's own axes."""
 
 from __future__ import annotations
 

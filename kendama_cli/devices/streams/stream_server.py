@@ -1,4 +1,4 @@
-"""A server of poses across the network: what it speaks, where it is, and in which unit it counts."""
+"""A server of poses across the network: its protocol, address and unit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kendama_cli.schema.units import LengthUnit
 
 USUAL_PORT: Mapping[str, int] = {"openigtlink": 18944, "vrpn": 3883}
 USUAL_UNIT: Mapping[str, LengthUnit] = {"openigtlink": "mm", "vrpn": "m"}
-"""What servers of a protocol speak unless they are told otherwise."""
+"""Defaults of a protocol's servers."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class StreamServer:
     port: int | None = setting(
         "TCP port of the server; null: the usual one, 18944 or 3883 (VRPN)", at_least=1, at_most=65535
     )
-    unit: LengthUnit | None = setting("unit of the places that it sends; null: the usual one, mm or m (VRPN)")
+    unit: LengthUnit | None = setting("unit of the positions that it sends; null: the usual one, mm or m (VRPN)")
 
     @property
     def spoken_port(self) -> int:

@@ -3,7 +3,7 @@
 Both ends greet with a cookie of 24 bytes. Then messages: a header of 24 bytes (length without the padding at the end,
 seconds, microseconds, sender, type, sequence number; big-endian 32-bit), and content padded to 8 bytes. Senders and
 types are numbers of the one who sends, which messages of the types -1 and -2 give names. A tracker's ``Pos_Quat`` is
-its sensor's number twice, then seven 64-bit floats: the place (by convention in m) and a quaternion, its real part
+its sensor's number twice, then seven 64-bit floats: the position (by convention in m) and a quaternion, its real part
 last. A client that does not offer a UDP port gets all reports by TCP.
 """
 
@@ -37,7 +37,7 @@ class Message:
 
 @dataclass(frozen=True)
 class TrackerReport:
-    """One sensor's pose: place (3,) and quaternion wxyz (4,), by the server's stamp."""
+    """One sensor's pose: position (3,) and quaternion wxyz (4,), by the server's stamp."""
 
     tracker: str
     sensor: int
@@ -47,7 +47,7 @@ class TrackerReport:
 
 
 class VrpnStream:
-    """Takes bytes as they come, and gives the messages among them; of types without a name none."""
+    """Takes bytes as they come, and yields the messages among them whose types have names."""
 
     def __init__(self) -> None:
         self._pending = bytearray()

@@ -150,8 +150,8 @@ class Drawing:
         """Return the stages whose chapters are shown: all that run and have a log, else the last that has ended."""
         read = [stage for stage in stages if self._known[stage.name].stamp is not None]
         running = [stage.name for stage in read if stage.state == "runs"]
-        told = [stage.name for stage in read if self._declared[stage.name].chapter is not None]
-        return running or told[-1:]
+        charted = [stage.name for stage in read if self._declared[stage.name].chapter is not None]
+        return running or charted[-1:]
 
     def _motions(self, stage: StageStatus, log: StageLog) -> list[Performance]:
         declaration = self._declared[stage.name]

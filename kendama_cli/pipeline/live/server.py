@@ -1,4 +1,4 @@
-"""Server of the page of a run that goes on, on loopback, for who knows the token; it never stops the run."""
+"""Server of the page of a run that goes on, on loopback, for whoever has the token; it never stops the run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kendama_cli.system.listening import Listening
 from kendama_cli.system.loopback import NOT_FOUND, Answer, Asked, LoopbackServer
 
 WATCHED_S = 5.0
-"""Somebody looks on where something was asked within this time."""
+"""The page is watched if a request came within this time."""
 PATIENCE_S = 5.0
 """So long an ended run waits until its page has taken the last that there is."""
 

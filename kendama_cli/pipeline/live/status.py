@@ -34,7 +34,7 @@ class StageStatus:
 
 
 class RunStatus:
-    """The Observer of one run; ``version`` counts what it was told."""
+    """The Observer of one run; ``version`` counts its events."""
 
     def __init__(self, record: RunRecord, pipeline: Pipeline) -> None:
         self._record = record

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output, write_output
-from kendama_cli.devices.camera.film import Film
-from kendama_cli.devices.camera.film_check import shown_otherwise
+from kendama_cli.devices.camera.video import VideoFile, shown_otherwise
 from kendama_cli.devices.camera.views import IMAGES, cameras_of, read_views
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.plugins.calibration.calibration import Board, BoardView, CalibratedCamera, calibrate, find_board
@@ -60,7 +59,7 @@ def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: boo
     backgrounds: dict[str, NDArray[np.uint8]] = {}
     for name, sources in cameras_of(paths).items():
         views[name] = []
-        for film in (Film(source) for source in sources if source.suffix.lower() not in IMAGES):
+        for film in (VideoFile(source) for source in sources if source.suffix.lower() not in IMAGES):
             for line in shown_otherwise(film):
                 render.note(line)
         for view, pixels in read_views(sources):

@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.devices.camera.film import Film
-from kendama_cli.devices.camera.interface import StaleFrame
-from kendama_cli.devices.camera.opening import open_cameras
+from kendama_cli.devices.camera.interface import StaleFrame, open_cameras
+from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.errors import ConfigError, InputError, UsageError
 from kendama_cli.plugins.calibration.csv_rows import csv_rows
 from kendama_cli.schema.arrays import Array
@@ -64,7 +63,7 @@ def watch(settings: CameraSettings, seconds: float, region: Region | None) -> Br
 def of_film(film: Path, stamps: Path, region: Region | None) -> Brightness:
     """Read the frames of a film, with stamps from a table's column ``t_s``; raises InputError if the counts differ."""
     stamp_s = read_column(stamps, "t_s")
-    levels = np.array([_level(pixels, region) for _, pixels in Film(film).frames()])
+    levels = np.array([_level(pixels, region) for _, pixels in VideoFile(film).frames()])
     if len(levels) != len(stamp_s):
         raise InputError(
             str(stamps),

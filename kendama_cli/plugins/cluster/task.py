@@ -29,8 +29,7 @@ from kendama_cli.schema.settings import build
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
 from kendama_cli.store.store import Store
-from kendama_cli.system.choice import system
-from kendama_cli.system.interface import Lock, Starter, Worker
+from kendama_cli.system.interface import Lock, Starter, Worker, system
 from kendama_cli.system.processes import PROCESSES, processes
 from kendama_cli.version import __version__
 

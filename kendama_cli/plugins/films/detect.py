@@ -17,7 +17,7 @@ from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
-from kendama_cli.devices.camera.pixels import read_image
+from kendama_cli.devices.camera.video import read_image
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, BallBox, TrainedImage
@@ -26,8 +26,7 @@ from kendama_cli.plugins.films.self_training import trained_on_film
 from kendama_cli.plugins.films.settings import NetworkDetectorSettings, TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import TrainedBall, teach
-from kendama_cli.vision.detection.interface import Detector, Image, Sighting
-from kendama_cli.vision.detection.make_detector import make_detector
+from kendama_cli.vision.detection.interface import Detector, Image, Sighting, make_detector
 from kendama_cli.vision.settings import DetectorSettings
 
 

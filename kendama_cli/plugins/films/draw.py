@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kendama_cli.cli import render
-from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.errors import UsageError
 from kendama_cli.plugins.films.box_page import BoxPage
 from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes, drawn_before
@@ -32,7 +32,7 @@ def draw_boxes(path: Path, folder: Path, options: PageOptions) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"-o {folder}: it is a file; the boxes of a film are written into a folder")
-    film = Film(path)
+    film = VideoFile(path)
     listening = listen("127.0.0.1", options.port)
     render.note(f"{path}: reading its frames")
     before = drawn_before(film, folder)

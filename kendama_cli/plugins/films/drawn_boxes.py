@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, LEAST_CONTRAST, LEAST_SIDE_PX, BallBox, TrainedImage
 from kendama_cli.plugins.films.box_similarity import odd_images
 from kendama_cli.plugins.films.boxes import read_boxes, write_labelled
@@ -96,7 +96,7 @@ class DrawnBoxes:
                 return f"the boxes in frames {frames} show no ball, or another one: draw them anew or remove them"
             return "the boxes are still being compared" if self._compared != self._version else None
 
-    def write(self, film: Film, folder: Path) -> tuple[int, int]:
+    def write(self, film: VideoFile, folder: Path) -> tuple[int, int]:
         """Write the frames, as the film has them, with their boxes; the number of images and of boxes.
 
         What was drawn into this folder before and has been taken back is removed.
@@ -132,7 +132,7 @@ class DrawnBoxes:
         )
 
 
-def drawn_before(film: Film, folder: Path) -> dict[int, Drawn]:
+def drawn_before(film: VideoFile, folder: Path) -> dict[int, Drawn]:
     """Read the boxes that ``write`` wrote of this film into the folder; raises InputError for a file without them."""
     found = {}
     for label in sorted((folder / "labels").glob("*.txt")):
@@ -142,7 +142,7 @@ def drawn_before(film: Film, folder: Path) -> dict[int, Drawn]:
     return found
 
 
-def _name(film: Film, frame: int) -> str:
+def _name(film: VideoFile, frame: int) -> str:
     return f"{film.name}-{frame:06d}"
 
 

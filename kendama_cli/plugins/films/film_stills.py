@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.detection.interface import Image
@@ -35,7 +35,7 @@ class Stills:
         return np.asarray(cv2.imdecode(np.frombuffer(self.jpeg[frame], dtype=np.uint8), cv2.IMREAD_COLOR), np.uint8)
 
 
-def film_stills(film: Film, also: Collection[int] = ()) -> Stills:
+def film_stills(film: VideoFile, also: Collection[int] = ()) -> Stills:
     """Even stills of the whole film, and those of the frames ``also``; raises InputError for a film of under 3 frames.
 
     Of each tenth of the film that one is offered that differs most from those before.

@@ -5,23 +5,22 @@ from __future__ import annotations
 from itertools import islice
 
 from kendama_cli.cli import render
-from kendama_cli.devices.camera.film import Film
-from kendama_cli.devices.camera.film_check import film_faults
+from kendama_cli.devices.camera.video import VideoFile, video_faults
 from kendama_cli.errors import StageError
 from kendama_cli.plugins.films.ball_film import FilmTrack, film_track
 from kendama_cli.plugins.films.detect import Seeing
 from kendama_cli.plugins.films.self_training import FRAMES
 
 
-def checked_length(film: Film) -> int:
+def checked_length(film: VideoFile) -> int:
     """Return the number of frames of a film; what is wrong with them is told."""
     times_s = film.times_s()
-    for fault in film_faults(film, times_s):
+    for fault in video_faults(film, times_s):
         render.note(fault)
     return len(times_s)
 
 
-def tracked(film: Film, frames: int, seeing: Seeing, *, self_training: bool) -> FilmTrack:
+def tracked(film: VideoFile, frames: int, seeing: Seeing, *, self_training: bool) -> FilmTrack:
     """Return the ball's track in a film of so many frames; raises StageError where no ball is found."""
     detector = seeing.detector
     if self_training and seeing.trained_on is not None:

@@ -13,7 +13,7 @@ import numpy as np
 from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
-from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
 from kendama_cli.plugins.films.ball_film import FilmTrack
@@ -48,7 +48,7 @@ def track_films(
     if options.overlay is not None:
         refuse_output(options.overlay, "it is written as WebM", ".webm", option="--overlay")
     boxes = [_box(text) for text in options.boxes]
-    films = [Film(path) for path in paths]
+    films = [VideoFile(path) for path in paths]
     cameras = _cameras(films, options)
     detector_name(seeing, boxes=bool(boxes))  # told before films are read
     lengths = [checked_length(film) for film in films]
@@ -74,7 +74,7 @@ def track_films(
         render.text(f"{name}: its clock is {1e3 * offset:.1f} ms ahead of that of {films[0].name}")
 
 
-def _cameras(films: Sequence[Film], options: TrackOptions) -> list[CameraModel]:
+def _cameras(films: Sequence[VideoFile], options: TrackOptions) -> list[CameraModel]:
     """Return the model of each film's camera, by name, or in the calibration's order; none without a calibration."""
     names = [film.name for film in films]
     if len(set(names)) < len(names):
@@ -142,7 +142,7 @@ def _box(text: str) -> _Box:
     return box
 
 
-def _shown(film: Film, frames: int, boxes: Sequence[_Box]) -> list[TrainedImage]:
+def _shown(film: VideoFile, frames: int, boxes: Sequence[_Box]) -> list[TrainedImage]:
     """Return the frames that ``boxes`` point into, of a film that has so many; raises UsageError for a box not in
     it.
     """

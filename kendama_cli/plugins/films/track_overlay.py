@@ -7,20 +7,20 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.plugins.films.ball_film import FilmTrack
-from kendama_cli.rendering.film_writer import vp8_film
+from kendama_cli.rendering.video_writer import vp8_video
 
 TRAIL_FRAMES = 12
 
 
-def draw_track(film: Film, found: FilmTrack, output: Path) -> None:
+def draw_track(film: VideoFile, found: FilmTrack, output: Path) -> None:
     """Write ``film`` with the ball and its last places as ``found`` drawn in; raises InputError where it cannot."""
     rate_hz = 30.0
     if len(found.t_s) > 1:
         rate_hz = float(np.clip(1 / np.median(np.diff(found.t_s) / np.diff(found.frame)), 1, 240))
     at = {int(frame): i for i, frame in enumerate(found.frame)}
-    with vp8_film(output, rate_hz, film.width_px, film.height_px) as write:
+    with vp8_video(output, rate_hz, film.width_px, film.height_px) as write:
         for number, (_, pixels) in enumerate(film.frames()):
             drawn = pixels.copy()
             i = at.get(number)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
-from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.devices.demonstrator.file import RecordedDemonstrator, hands_of
 from kendama_cli.devices.demonstrator.recording import Recording
 from kendama_cli.devices.demonstrator.segments import checked_swings
@@ -116,9 +116,9 @@ def _frames(path: str, rate_hz: float | None) -> Iterator[tuple[float, NDArray[n
     """Yield stamps and images; without a declared rate, by the film's own stamps (they may be uneven) or rate."""
     if not Path(path).is_file():
         raise InputError(path, "no such file", remedy="set capture.path to a film, a glob or a list of them")
-    film, count = Film(Path(path)), 0
+    film, count = VideoFile(Path(path)), 0
     if rate_hz is None and not (math.isfinite(film.rate_hz) and film.rate_hz > 0):
-        raise InputError(path, "the film does not tell its frame rate", remedy="give it by capture.rate_hz")
+        raise InputError(path, "the video does not state its frame rate", remedy="set capture.rate_hz")
     for t_s, pixels in film.frames():
         yield t_s if rate_hz is None else count / rate_hz, pixels
         count += 1

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.artifacts.demonstration import Demonstration, DemonstrationSet
-from kendama_cli.devices.demonstrator.interface import Demonstrator
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import Demonstrator, open_demonstrators
 from kendama_cli.devices.demonstrator.settings import CaptureSettings
 from kendama_cli.motion.sampling import step_s
 from kendama_cli.schema.foxglove import FrameTransform

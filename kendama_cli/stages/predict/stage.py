@@ -12,10 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.artifacts.catch_pose import CatchPose
-from kendama_cli.devices.camera.ball_tracker import ball_tracker
 from kendama_cli.devices.camera.image_loop import ImageLoop, ObservedImage
-from kendama_cli.devices.camera.interface import Camera, SceneSource
-from kendama_cli.devices.camera.opening import open_cameras
+from kendama_cli.devices.camera.interface import Camera, SceneSource, open_cameras
 from kendama_cli.devices.camera.staged_flight import StagedFlight
 from kendama_cli.errors import ConfigError
 from kendama_cli.log.messages import DetectionMessage
@@ -28,6 +26,7 @@ from kendama_cli.stages.interface import StageContext, StageResult
 from kendama_cli.stages.predict.figures import FlightFigures, from_columns, made_of, to_columns
 from kendama_cli.stages.predict.messages import CatchEstimateMessage, PredictionErrorMessage
 from kendama_cli.vision.prediction.release import draw_release
+from kendama_cli.vision.prediction.tracker import ball_tracker
 from kendama_cli.vision.settings import PredictSettings
 
 

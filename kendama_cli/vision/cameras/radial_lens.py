@@ -96,11 +96,11 @@ class RadialLens:
     def straight(self, u: float, v: float) -> Straight:
         """Newton's method on OpenCV's model; where that does not converge, OpenCV's own fixed point."""
         fx, fy = self.fx, self.fy
-        wanted_x, wanted_y = (u - self.cx) / fx, (v - self.cy) / fy
-        x, y = wanted_x, wanted_y
+        desired_x, desired_y = (u - self.cx) / fx, (v - self.cy) / fy
+        x, y = desired_x, desired_y
         for _ in range(10):
             at = self._distorted(x, y)
-            off_x, off_y = wanted_x - at.u, wanted_y - at.v
+            off_x, off_y = desired_x - at.u, desired_y - at.v
             if abs(off_x) + abs(off_y) < 1e-10:
                 return Straight(x, y, fx * at.x_x, fx * at.x_y, fy * at.x_y, fy * at.y_y)
             spread = at.x_x * at.y_y - at.x_y * at.x_y
@@ -130,9 +130,9 @@ class RadialLens:
         """The focal length, as if there were no distortion."""
         return min(self.fx, self.fy)
 
-    def posed(self, points_m: Array, turn: ArrayLike, shift: ArrayLike) -> tuple[Array, Array]:
-        """Project by OpenCV; behind the camera it goes on as if mirrored."""
-        made = cv2.projectPoints(points_m, np.asarray(turn), np.asarray(shift), self.matrix, self.distortion)
+    def posed(self, points_m: Array, rotation: ArrayLike, shift: ArrayLike) -> tuple[Array, Array]:
+        """Project by OpenCV; points behind the camera are mirrored."""
+        made = cv2.projectPoints(points_m, np.asarray(rotation), np.asarray(shift), self.matrix, self.distortion)
         pixels, slopes = (np.asarray(one, dtype=np.float64) for one in made)
         return pixels.reshape(-1, 2), slopes[:, : 6 + FITTED]
 
@@ -144,9 +144,9 @@ class RadialLens:
             slope[1] = 0.0, self.fy / z, -self.fy * y / z**2
         return made
 
-    def refined(self, points_m: Array, pixels: Array, turn: ArrayLike, shift: ArrayLike) -> tuple[Array, Array]:
+    def refined(self, points_m: Array, pixels: Array, rotation: ArrayLike, shift: ArrayLike) -> tuple[Array, Array]:
         """Levenberg-Marquardt, by OpenCV."""
-        start = np.array(turn), np.array(shift)
+        start = np.array(rotation), np.array(shift)
         made = cv2.solvePnPRefineLM(points_m, pixels, self.matrix, self.distortion, *start)
         return np.asarray(made[0], dtype=np.float64), np.asarray(made[1], dtype=np.float64)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,11 @@ class Region:
     def empty(self) -> bool:
         """Return True if no pixel lies inside."""
         return self.right <= self.left or self.bottom <= self.top
+
+    @property
+    def corners(self) -> NDArray[np.int64]:
+        """Left, top, right and bottom, as compiled code takes them."""
+        return np.array([self.left, self.top, self.right, self.bottom], dtype=np.int64)
 
     def within(self, other: Region) -> Region:
         """Return the part of this region that lies in ``other``; it may be empty."""

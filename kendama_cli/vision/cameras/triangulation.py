@@ -50,8 +50,8 @@ def ray_constraints(camera: CameraModel, centre_px: Array, covariance_px2: Array
 
 @dataclass(frozen=True)
 class Located:
-    """A point in the world and its covariance (3, 3); ``chi_square`` is what is left over of the sights, by their
-    noise, a degree of freedom (as many as rows beyond three)."""
+    """A point in the world and its covariance (3, 3); ``chi_square`` is the residual of the measurements over their
+    noise, per degree of freedom (rows beyond three)."""
 
     position_m: Array
     covariance_m2: Array
@@ -59,7 +59,7 @@ class Located:
 
 
 def triangulate(sights: Sequence[RayConstraints]) -> Located | None:
-    """Fit the point to all ``sights``, by least squares weighted with the inverse depth.
+    """Fit the point to all ``sights`` (one per pixel), by least squares weighted with the inverse depth.
 
     None with fewer than two sights, or where the point would lie behind a camera.
     """

@@ -15,7 +15,7 @@ from kendama_cli.vision.detection.interface import Detector, SearchHint, Sightin
 
 MARGIN_PX = 10.0
 EXPECTED_PX = 20.0
-"""A ball that is let go at an expected place is so much farther from it in every later image, at most."""
+"""A ball that is released at an expected position is so much farther from it in every later image, at most."""
 LOST_FRAMES = 5
 """After so many frames without the ball the whole image is searched again."""
 
@@ -41,10 +41,10 @@ class _Expected:
 
 
 class BallSearch:
-    """Searches the ball in one image after the other, about the place where it should be by now.
+    """Searches the ball in one image after the other, about its expected position.
 
-    Each camera has a detector of its own, by ``make_detector``. ``ball_m`` gives the ball's place (3,) at a time, None
-    where none is known well enough to search by.
+    Each camera has a detector of its own, by ``make_detector``. ``ball_m`` gives the ball's position (3,) at a time,
+    None where it is not known well enough to search by.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class BallSearch:
         self._tracks: dict[str, _ImageTrack] = {}
 
     def expect(self, ball_m: ArrayLike, half_px: float) -> None:
-        """Begin the search about a roughly known place (3,), instead of in the whole image."""
+        """Begin the search about a roughly known position (3,), instead of in the whole image."""
         for name, model in self._cameras.items():
             hint = self._placed(model, np.asarray(ball_m, dtype=np.float64), 0.0)
             if hint is not None:

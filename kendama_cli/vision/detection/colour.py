@@ -1,4 +1,4 @@
-"""Colour of the ball: thresholds set by hand, or a table learned from pixels that were pointed at."""
+"""Colour of the ball: thresholds set by hand, or a table learned from labelled pixels."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def learn_colour(ball: Image, around: Image) -> LearnedColour:
 def learn_from_clicks(images: Sequence[Image], clicks: Sequence[Sequence[float]], radius_px: float) -> LearnedColour:
     """Learn from one click (u, v) on the ball per image, with the ball's radius; what lies two radii off is not ball.
 
-    Only the inner part of the disc is believed, for blur mixes its rim with the surroundings.
+    Only the inner part of the disc is used, for blur mixes its rim with the surroundings.
     """
     ball, around = [], []
     for image, (u, v) in zip(images, clicks, strict=True):

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.detection.interface import Detector, Image, SearchHint, Sighting
-from kendama_cli.vision.detection.make_detector import make_detector
+from kendama_cli.vision.detection.interface import Detector, Image, SearchHint, Sighting, make_detector
 
 BALL_BGR, SURROUNDINGS_BGR = (25.0, 30.0, 190.0), (110.0, 112.0, 108.0)
 RADIUS_PX = 14.0
@@ -22,12 +21,12 @@ NEAR_PX = 1.0
 
 
 def disc_image(*centres_px: tuple[float, float], width: int = 160, height: int = 120) -> Image:
-    """Red discs with a soft rim on grey noise, (height, width, 3) blue, green, red; the same for the same places."""
+    """Red discs with a soft rim on grey noise, (height, width, 3) blue, green, red; the same for the same positions."""
     rows, columns = np.mgrid[:height, :width].astype(np.float64)
-    share = np.zeros((height, width))
+    fraction = np.zeros((height, width))
     for u, v in centres_px:
-        share = np.maximum(share, np.clip(RADIUS_PX + 0.5 - np.hypot(columns - u, rows - v), 0.0, 1.0))
-    clean = share[..., None] * np.array(BALL_BGR) + (1 - share[..., None]) * np.array(SURROUNDINGS_BGR)
+        fraction = np.maximum(fraction, np.clip(RADIUS_PX + 0.5 - np.hypot(columns - u, rows - v), 0.0, 1.0))
+    clean = fraction[..., None] * np.array(BALL_BGR) + (1 - fraction[..., None]) * np.array(SURROUNDINGS_BGR)
     noisy = clean + np.random.default_rng(7).normal(0.0, 2.0, clean.shape)
     image: Image = np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
     return image

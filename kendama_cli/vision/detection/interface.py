@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.settings import DETECTORS, DetectorSettings
 
 Image = NDArray[np.uint8]
 
@@ -45,3 +46,9 @@ class Detector(Protocol):
         ``origin_px`` is the column and row of ``pixels[0, 0]`` in the whole image, in which centres and ``hint`` count.
         Candidates are computed as they are asked for.
         """
+
+
+def make_detector(settings: DetectorSettings) -> Detector:
+    """Make the detector that ``settings`` choose; raises InputError if a file of its own cannot be read."""
+    made: Detector = DETECTORS.maker(settings.kind)(settings)
+    return made

@@ -1,1 +1,1 @@
-"""Prediction of a flying ball and of the place that catches it."""
+"""Prediction of a flying ball and of the catch pose."""

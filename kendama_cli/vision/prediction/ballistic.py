@@ -13,10 +13,10 @@ from kendama_cli.vision.prediction.free_flight import FreeFlight
 
 UNKNOWNS = 6
 MIN_FREEDOM = 8
-"""Residuals are believed only with this many observations (scalar) beyond the six unknowns."""
+"""Residuals count only with this many observations (scalar) beyond the six unknowns."""
 KNOWN_POSITION_M, KNOWN_VELOCITY_M_S = 0.005, 0.05
 """Once the ball is known so well, so are the depths that weight its pixels and the air that slows it, and the sums may
-begin. Ten times as much put cameras that expose in turn 6 to 76 mm off, where this leaves 0.05 to 0.3 mm."""
+begin. Ten times as much put cameras that expose one after another 6 to 76 mm off, where this leaves 0.05 to 0.3 mm."""
 MOST_EARLY_SIGHTS = 200
 
 
@@ -56,7 +56,7 @@ class BallisticFit:
         return self._ratio
 
     def add(self, t_s: float, sight: RayConstraints) -> None:
-        """Take one sight; order and rate are free."""
+        """Take one measurement; order and rate are free."""
         if self.count == 0:
             self._start_s = t_s
         self.count += len(sight.right)
@@ -100,16 +100,16 @@ class BallisticFit:
         return self._start_s
 
     def _accumulate(self, s: float, sight: RayConstraints, *, weighted: bool) -> None:
-        """Add one sight to the sums, weighted with the inverse depth of the reference."""
+        """Add one measurement to the sums, weighted with the inverse depth of the reference."""
         reference = self._reference
-        place = self.flight.moved(reference[:3], reference[3:], s)[0]
+        position = self.flight.moved(reference[:3], reference[3:], s)[0]
         ahead = self.flight.transition(reference[3:], s).position_s
         scaled, right = sight.rows, sight.right
         if weighted:
-            weight = 1.0 / max(float(sight.depth_row @ place) + sight.depth_right, NEAREST_DEPTH_M)
+            weight = 1.0 / max(float(sight.depth_row @ position) + sight.depth_right, NEAREST_DEPTH_M)
             scaled, right = weight * scaled, weight * right
         whole = np.empty((len(right), UNKNOWNS + 1))
-        whole[:, :3], whole[:, 3:UNKNOWNS], whole[:, UNKNOWNS] = scaled, scaled @ ahead, right - scaled @ place
+        whole[:, :3], whole[:, 3:UNKNOWNS], whole[:, UNKNOWNS] = scaled, scaled @ ahead, right - scaled @ position
         self._sums += whole.T @ whole
 
     def _solve(self) -> None:

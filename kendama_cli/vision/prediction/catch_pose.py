@@ -22,9 +22,9 @@ BALLISTIC = BallisticMotion(kind="ballistic")
 class CatchPoseEstimator:
     """Estimates a ball's free flight from any number of cameras with stamps of their own.
 
-    ``motion`` chooses how far the ball is believed to follow gravity and drag: exactly (an information filter), with
-    noise on its acceleration, or with a smooth wobble about the flight (Kalman filters). Every observation costs the
-    same, however many came before.
+    ``motion`` chooses how closely the ball is modelled to follow gravity and drag: exactly (an information filter),
+    with noise on its acceleration, or with a smooth wobble about the flight (Kalman filters). Every observation costs
+    the same, however many came before.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class CatchPoseEstimator:
         return self._fit.residual_ratio
 
     def update_pixels(self, camera: CameraModel, t_s: float, centre_px: ArrayLike, covariance_px2: ArrayLike) -> None:
-        """Take where one image shows the ball; order and rate are free.
+        """Take the ball's position in one image; order and rate are free.
 
         Parameters
         ----------
@@ -87,11 +87,11 @@ class CatchPoseEstimator:
         self._fit.add(t_s, ray_constraints(camera, np.asarray(centre_px), np.asarray(covariance_px2)))
 
     def update_sight(self, t_s: float, sight: RayConstraints) -> None:
-        """Take what one image says, where its equations are already at hand."""
+        """Take one image's measurement, whose constraints are known already."""
         self._fit.add(t_s, sight)
 
     def update_position(self, t_s: float, position_m: ArrayLike, covariance_m2: ArrayLike) -> None:
-        """Take where motion capture sees the ball.
+        """Take the ball's position by motion capture.
 
         Parameters
         ----------
@@ -131,7 +131,7 @@ class CatchPoseEstimator:
 
         Notes
         -----
-        A position error e moves the crossing in time by -e_z / v_z and in place by e - v e_z / v_z, with v the
+        A position error e moves the crossing in time by -e_z / v_z and in position by e - v e_z / v_z, with v the
         velocity there; both carry the state's covariance, scaled up where the residuals are too large.
         """
         height = self.rim_height_m if rim_height_m is None else rim_height_m
@@ -172,7 +172,7 @@ class CatchPoseEstimator:
 def opening_against(velocity_m_s: ArrayLike) -> Array:
     """Return the smallest rotation wxyz (4,) that turns the cup's axis (0, 0, 1) against ``velocity_m_s`` (3,).
 
-    A velocity of zero, or straight up, leaves the cup upright: there is nothing to turn it by.
+    A velocity of zero, or straight up, leaves the cup upright: no rotation is defined.
     """
     x, y, z = (float(value) for value in np.asarray(velocity_m_s))
     speed = math.sqrt(x * x + y * y + z * z)

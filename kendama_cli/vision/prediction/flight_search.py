@@ -1,4 +1,4 @@
-"""Finding the free flights in recorded tracks: where a point falls as gravity wants it to."""
+"""Search for free flights in recorded tracks: stretches in which a point accelerates as under gravity."""
 
 from __future__ import annotations
 
@@ -52,19 +52,19 @@ class RecordedFlight:
 def find_flights(tracks: Sequence[RecordedTrack]) -> list[RecordedFlight]:
     """Return all free flights of ``tracks`` that end on the way down, in order of time.
 
-    A parabola over a sliding window gives the acceleration; a flight is a stretch in which it is gravity's, made
-    longer at both ends as long as the samples there are where the flight predicts them. Which axis points up follows
-    from the falling itself.
+    A parabola over a sliding window gives the acceleration; a flight is a stretch in which it is gravity's, extended
+    at both ends while the flight predicts the samples there. The axis that points up follows
+    from the fall itself.
     """
     pieces = [piece for track in tracks for piece in _pieces(track)]
     falls = [_acceleration(piece) for piece in pieces]
-    turn = _upright(falls)
-    if turn is None:
+    rotation = _upright(falls)
+    if rotation is None:
         return []
     found = []
     for piece, fall in zip(pieces, falls, strict=True):
-        points = piece.position_m @ turn.T
-        free = np.linalg.norm(fall @ turn.T - DOWN_M_S2, axis=1) < NEAR_M_S2
+        points = piece.position_m @ rotation.T
+        free = np.linalg.norm(fall @ rotation.T - DOWN_M_S2, axis=1) < NEAR_M_S2
         for first, last in _spans(piece.t_s, points, free):
             t, flight = piece.t_s[first:last], points[first:last]
             if len(t) < 8 or t[-1] - t[0] < FLIGHT_S or flight[-1, 2] > flight[:, 2].max() - DROP_M:

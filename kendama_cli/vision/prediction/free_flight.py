@@ -31,8 +31,8 @@ class Transition(NamedTuple):
 class FreeFlight:
     """Motion z'' = g - (k1 + k2 |z'|) z' of a ball on a slack rope (equations.md eq. 1), both k over its mass.
 
-    Without k2 it is linear in the first place and velocity: with a(s) = (1 - exp(-k1 s)) / k1 and b(s) =
-    (s - a(s)) / k1 the place after s seconds is z0 + a(s) z0' + b(s) g and the velocity z0' exp(-k1 s) + a(s) g.
+    Without k2 it is linear in the first position and velocity: with a(s) = (1 - exp(-k1 s)) / k1 and b(s) =
+    (s - a(s)) / k1 the position after s seconds is z0 + a(s) z0' + b(s) g and the velocity z0' exp(-k1 s) + a(s) g.
     With it, the motion is integrated by Runge and Kutta's method of the fourth order.
     """
 
@@ -83,7 +83,7 @@ class FreeFlight:
         return np.asarray(start_m + a * velocity_m_s + b * self.gravity_m_s2), np.asarray(velocity)
 
     def transition(self, velocity_m_s: Array, s: float) -> Transition:
-        """Return the derivatives of place and velocity after ``s`` seconds by the first velocity (3,).
+        """Return the derivatives of position and velocity after ``s`` seconds by the first velocity (3,).
 
         With k2, to its first order: dv(s)/dv0 = 1 - int S dt with S = (k1 + k2 |v|) 1 + k2 v v^T / |v|.
         """
@@ -116,18 +116,18 @@ class FreeFlight:
             return None
         s = (rise + math.sqrt(discriminant)) / g
         for _ in range(20 if self.drag_per_s > 0 or self.drag_per_m > 0 else 0):
-            place, speed = self.moved(start_m, velocity_m_s, s)
+            position, speed = self.moved(start_m, velocity_m_s, s)
             rate = float(speed[2])
             if rate >= 0:  # with drag the apex stays below the plane
                 return None
-            step = (float(place[2]) - height_m) / rate
+            step = (float(position[2]) - height_m) / rate
             s -= step
             if abs(step) < 1e-12:
                 break
         return s
 
     def _flown(self, start_m: Array, velocity_m_s: Array, s: float) -> tuple[Array, Array]:
-        """Position and velocity (3,) after ``s`` seconds; in plain numbers, which is sooner for one moment."""
+        """Position and velocity (3,) after ``s`` seconds; in plain numbers, which is faster for one time."""
         k1, k2 = self.drag_per_s, self.drag_per_m
         gx, gy, gz = self.gravity_m_s2.tolist()
         vx, vy, vz = (float(value) for value in velocity_m_s)

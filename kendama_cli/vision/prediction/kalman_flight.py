@@ -13,11 +13,11 @@ from kendama_cli.vision.prediction.free_flight import FreeFlight
 from kendama_cli.vision.settings import ColouredMotion, ProcessNoiseMotion
 
 WIDE_POSITION_M, WIDE_VELOCITY_M_S = 1.0, 10.0
-"""What is believed of the ball before it is seen: next to nothing."""
+"""Prior of the ball's state: next to nothing is known."""
 
 
 class KalmanFlightFit:
-    """The ball's state from sights in order of time, each at the same cost.
+    """The ball's state from measurements in order of time, each at the same cost.
 
     ``process_noise``: x = (p, v) with v' = g - drag + white noise of intensity q. ``coloured``: x = (p, v, w, w') where
     what is seen is p + w and w is a Matern-3/2 process (lambda = sqrt(3) / length),
@@ -25,7 +25,7 @@ class KalmanFlightFit:
         w'' = -lambda^2 w - 2 lambda w' + white noise,  var(w) = sigma^2,
 
     beside the process noise, which is least squares with that residual covariance (generalised least squares).
-    Begins with the plain fit's state as soon as that is known, and takes the sights that led to it once more.
+    Begins with the plain fit's state as soon as that is known, and takes the measurements that led to it once more.
     """
 
     def __init__(self, flight: FreeFlight, motion: ProcessNoiseMotion | ColouredMotion) -> None:
@@ -47,7 +47,7 @@ class KalmanFlightFit:
         return self._square / freedom if self._mean is not None and freedom >= MIN_FREEDOM else 1.0
 
     def add(self, t_s: float, sight: RayConstraints) -> None:
-        """Take one sight; stamps may go back by the few milliseconds that cameras are apart, no farther."""
+        """Take one measurement; stamps may go back by the few milliseconds between two cameras, no farther."""
         self.count += len(sight.right)
         if self._mean is not None:
             self._take(t_s, sight)
@@ -71,8 +71,8 @@ class KalmanFlightFit:
         if self._mean is None:
             return None
         mean = self._mean_over(t_s - self.reference_s)
-        place, velocity = mean[0], mean[1]
-        return (place + mean[2], velocity + mean[3]) if self._coloured else (place, velocity)
+        position, velocity = mean[0], mean[1]
+        return (position + mean[2], velocity + mean[3]) if self._coloured else (position, velocity)
 
     def ball_state(self, t_s: float) -> BallState | None:
         """Return the ball at ``t_s``, with its position's covariance, scaled up if the innovations are too large."""
@@ -80,10 +80,10 @@ class KalmanFlightFit:
         if known is None:
             return None
         p = self._covariance_over(t_s - self.reference_s)
-        place = p[:3, :3]
+        position = p[:3, :3]
         if self._coloured:
-            place = place + p[6:9, 6:9] + p[:3, 6:9] + p[6:9, :3]
-        return BallState(*known, place * max(1.0, self.residual_ratio))
+            position = position + p[6:9, 6:9] + p[:3, 6:9] + p[6:9, :3]
+        return BallState(*known, position * max(1.0, self.residual_ratio))
 
     def _take(self, t_s: float, sight: RayConstraints) -> None:
         if self._mean is None:
@@ -94,16 +94,16 @@ class KalmanFlightFit:
             self._covariance = self._covariance_over(t_s - self.reference_s)
             self.reference_s = t_s
         # a stamp from before is held against the flight traced back
-        place, _ = self.flight.moved(self._mean[:3], self._mean[3:6], late)
+        position, _ = self.flight.moved(self._mean[:3], self._mean[3:6], late)
         ahead = self.flight.transition(self._mean[3:6], late).position_s
-        depth = float(sight.depth_row @ place) + sight.depth_right
+        depth = float(sight.depth_row @ position) + sight.depth_right
         rows = sight.rows / max(depth, NEAREST_DEPTH_M)
         design = np.zeros((len(rows), self._size))
         design[:, :3], design[:, 3:6] = rows, rows @ ahead
         if self._coloured:
             design[:, 6:9] = rows
-            place = place + self._mean[6:9]
-        innovation = sight.right / max(depth, NEAREST_DEPTH_M) - rows @ place
+            position = position + self._mean[6:9]
+        innovation = sight.right / max(depth, NEAREST_DEPTH_M) - rows @ position
         crossed = self._covariance @ design.T
         spread = design @ crossed + np.eye(len(rows))
         gain = np.linalg.solve(spread, crossed.T).T
@@ -150,8 +150,8 @@ class KalmanFlightFit:
         if s <= 0:
             return np.eye(2)
         decay = math.sqrt(3) / self._motion.length_s
-        fade, turn = math.exp(-decay * s), decay * s
-        return np.array([[fade * (1 + turn), fade * s], [-fade * decay * turn, fade * (1 - turn)]])
+        fade, phase = math.exp(-decay * s), decay * s
+        return np.array([[fade * (1 + phase), fade * s], [-fade * decay * phase, fade * (1 - phase)]])
 
 
 _AXES = np.arange(3)

@@ -12,7 +12,7 @@ from kendama_cli.vision.prediction.free_flight import FreeFlight
 from kendama_cli.vision.settings import OnsetSettings
 
 SLACKENING = 3.0
-"""Free flight begins where the rope no longer pulls by so many times less than when taut."""
+"""Free flight begins where the tension falls below that of a taut rope divided by this."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +24,13 @@ class FreeFlightFound:
 
 
 class FreeFlightOnset:
-    """Is there still a pull along the rope?
+    """Test whether the rope is still under tension.
 
     Over windows of the last n positions the motion z'' = g - k z' + a h is fitted, with h the unit vector from the
     ball to where the rope leaves the upright cup of ``edge_m`` radius (below it: to the tie point): position, velocity
-    and a, linear least squares. Free flight (a = 0) against a taut rope (a >= a_min, the least pull) has the log
+    and a, linear least squares. Free flight (a = 0) against a taut rope (a >= a_min, the minimum tension) has the log
     likelihood ratio (a_min / 2 - a) a_min / sigma_a^2; flight is declared when its maximum over n exceeds a threshold,
-    and the maximum's window is known to be free. Drag that grows with the speed, a hundredth of the least pull, is
+    and the maximum's window is known to be free. Drag that grows with the speed, a hundredth of that tension, is
     left out.
     """
 
@@ -60,30 +60,30 @@ class FreeFlightOnset:
             del past[: -self._settings.max_frames]
         if len(self._times) < self._settings.min_frames:
             return None
-        pull, variance = self._pulls()
+        tension, variance = self._tensions()
         least = self._settings.min_tension_m_s2
-        if np.max(_free_over_taut(pull, variance, least)) <= self._settings.threshold:
+        if np.max(_free_over_taut(tension, variance, least)) <= self._settings.threshold:
             return None
-        # a rope that slackens little by little pulls too weakly to be called taut and still bends the flight
-        best = int(np.argmax(_free_over_taut(pull, variance, least / SLACKENING)))
+        # a rope that slackens little by little has too little tension to be called taut and still bends the flight
+        best = int(np.argmax(_free_over_taut(tension, variance, least / SLACKENING)))
         first = len(self._times) - (best + self._settings.min_frames)
         kept = min(first + self._settings.skipped_frames, len(self._times) - self._settings.min_frames)
         return FreeFlightFound(self._times[max(kept, first)], t_s)
 
-    def _pulls(self) -> tuple[Array, Array]:
+    def _tensions(self) -> tuple[Array, Array]:
         """Acceleration along the rope and its variance, for windows of min_frames, min_frames + 1, ... frames."""
         t = np.array(self._times)
         s = t - t[-1]
         points, whiten = np.array(self._points), np.array(self._whiten)
-        pull = np.array(self._ties) - points
-        outward = pull[:, :2] / np.maximum(np.linalg.norm(pull[:, :2], axis=1), 1e-9)[:, None]
-        pull[:, :2] -= np.where(pull[:, 2:] < 0.0, self._edge_m, 0.0) * outward
-        pull /= np.maximum(np.linalg.norm(pull, axis=1), 1e-9)[:, None]
+        rope = np.array(self._ties) - points
+        outward = rope[:, :2] / np.maximum(np.linalg.norm(rope[:, :2], axis=1), 1e-9)[:, None]
+        rope[:, :2] -= np.where(rope[:, 2:] < 0.0, self._edge_m, 0.0) * outward
+        rope /= np.maximum(np.linalg.norm(rope, axis=1), 1e-9)[:, None]
         n = len(s)
         design = np.zeros((n, 3, 7))
         design[:, :, :3] = np.eye(3)
         design[:, :, 3:6] = self._flight.velocity_gain_s(s)[:, None, None] * np.eye(3)
-        design[:, :, 6] = _twice_integrated(pull, t)
+        design[:, :, 6] = _twice_integrated(rope, t)
         fall = self._flight.gravity_gain_s2(s)[:, None] * self._flight.gravity_m_s2
         design = whiten @ design
         right = (whiten @ (points - fall)[:, :, None])[:, :, 0]
@@ -96,8 +96,8 @@ class FreeFlightOnset:
         return np.asarray(min_tension_m_s2), np.asarray(covariance[:, 6, 6])
 
 
-def _free_over_taut(pull: Array, variance: Array, least: float) -> Array:
-    return np.asarray((least / 2 - pull) * least / variance)
+def _free_over_taut(tension: Array, variance: Array, least: float) -> Array:
+    return np.asarray((least / 2 - tension) * least / variance)
 
 
 def _twice_integrated(rate: Array, t: Array) -> Array:

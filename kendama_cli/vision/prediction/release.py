@@ -1,4 +1,4 @@
-"""Random releases: a ball swings on a taut rope, the cup gives way, the ball flies free."""
+"""Random releases: a ball swings on a taut rope, the cup yields, the ball flies free."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ def draw_release(
     """Sample one release that ends a swing-up, the cup at rest height with its tie point at z = 0.
 
     Drawn uniformly, and again until all hold: ball angle 100..150 deg and rate 2..7 rad/s at the release, the cup
-    pulled sideways at 2..8 m/s^2 (the rope's pull on the ball then is at least 6 m/s^2) and then pushed the other
-    way to follow the ball, apex within the settings' limits, rope slack until the crossing, and the crossing within
+    pulled sideways at 2..8 m/s^2 (the rope's tension on the ball then is at least 6 m/s^2) and then pushed back
+    to follow the ball, apex within the settings' limits, rope slack until the crossing, and the crossing within
     0.25 m of the cup.
     """
     flight = FreeFlight(np.array([0.0, 0.0, -game.gravity_m_s2]), *game.drag_per_mass)
@@ -71,13 +71,13 @@ def draw_release(
     for _ in range(TRIES):
         side = float(rng.choice([-1.0, 1.0]))
         phi, rate = side * np.deg2rad(rng.uniform(100, 150)), side * rng.uniform(2.0, 7.0)
-        pull, cup_x = -side * rng.uniform(2.0, 8.0), rng.uniform(-1, 1) * settings.cup_travel_m
+        acceleration, cup_x = -side * rng.uniform(2.0, 8.0), rng.uniform(-1, 1) * settings.cup_travel_m
         cup_speed, lateral = rng.uniform(-0.5, 0.5), rng.uniform(-1, 1) * settings.lateral_m_s
         ball = rope.ball(phi, rate)
         cup, cup_velocity = np.array([cup_x, 0.0, 0.0]), np.array([cup_speed, 0.0, 0.0])
         start = cup + np.array([ball.across_m, 0.0, ball.above_m])
         velocity = cup_velocity + np.array([ball.across_m_s, lateral, ball.above_m_s])
-        along_rope = rope.tension_m_s2(phi, rate, pull, g)
+        along_rope = rope.tension_m_s2(phi, rate, acceleration, g)
         apex = start[2] + max(velocity[2], 0.0) ** 2 / (2 * g) - game.cup.rim_m
         if along_rope < 6.0 or velocity[2] <= 0 or not settings.apex_low_m <= apex <= settings.apex_high_m:
             continue
@@ -92,7 +92,7 @@ def draw_release(
         apart = flight.position_m(start, velocity, t) - _cup_after(cup, cup_velocity, follow, t)
         if any(rope.cup.path_length_m(*row) > rope.length_m + 1e-9 for row in apart.tolist()):
             continue
-        swing = _Swing(cup, cup_velocity, np.array([pull, 0.0, 0.0]), phi, rate, lateral)
+        swing = _Swing(cup, cup_velocity, np.array([acceleration, 0.0, 0.0]), phi, rate, lateral)
         taut = swing.before(game, taut_duration_s)
         return Release(flight, start, velocity, crossing_s, cup, cup_velocity, follow, *taut)
     raise ConfigError(
@@ -118,12 +118,12 @@ class _Swing:
 
         The taut pendulum, backward by RK4; sideways the ball drifts.
         """
-        rope, g, pull = TautRope.of(game), game.gravity_m_s2, float(self.cup_acceleration_m_s2[0])
+        rope, g, acceleration = TautRope.of(game), game.gravity_m_s2, float(self.cup_acceleration_m_s2[0])
         n = max(int(np.ceil(duration_s / TAUT_STEP_S)), 1)
 
         def slope(state: Array) -> Array:
             angle, rate = state.tolist()
-            return np.array([rate, rope.acceleration_rad_s2(angle, rate, pull, g)])
+            return np.array([rate, rope.acceleration_rad_s2(angle, rate, acceleration, g)])
 
         states = [np.array([self.angle_rad, self.rate_rad_s])]
         for _ in range(n):

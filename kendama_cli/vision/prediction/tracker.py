@@ -1,25 +1,29 @@
-"""Tracker from detections to the catch pose: refusals, the onset of free flight, the estimator."""
+"""Tracker from detections to the catch pose: outliers, the onset of free flight, the estimator."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.vision.cameras.camera_model import CameraModel
 from kendama_cli.vision.cameras.triangulation import RayConstraints, ray_constraints, triangulate
 from kendama_cli.vision.detection.ball_search import BallSearch
-from kendama_cli.vision.detection.interface import Detector, Sighting
+from kendama_cli.vision.detection.interface import Detector, Sighting, make_detector
 from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
+from kendama_cli.vision.prediction.free_flight import tilted_gravity
 from kendama_cli.vision.prediction.onset import FreeFlightFound, FreeFlightOnset
+from kendama_cli.vision.settings import MotionSettings, PredictSettings
 
 SAME_MOMENT_S = 1e-4
 TRUSTED_SIGMA_M = 0.02
 GATE_PX, GATE_SIGMAS = 4.0, 5.0
-"""A sighting farther from a trusted prediction than both is of something else, or of another moment."""
+"""A sighting farther from a trusted prediction than both is of something else, or of another time."""
 CONTRADICTIONS = 6
 """So many sightings in a row, all far from the prediction, say that the prediction is what is wrong."""
 ENOUGH_OBSERVATIONS, LARGE_RATIO = 32, 9.0
@@ -31,7 +35,7 @@ SAME_PX = 1e-6
 class BallTracker:
     """Feeds the estimator with free flight only; ``search`` finds the ball in the images that it is fed from.
 
-    The onset test runs on points triangulated from images of one moment; without an ``onset`` every sighting counts
+    The onset test runs on points triangulated from images of one time; without an ``onset`` every sighting counts
     as free flight from the start. An image that comes twice is taken once; a sighting far from a trusted prediction
     is refused, and when nothing else is seen any more the flight is given up: ``lost``, and begun anew.
     """
@@ -73,7 +77,7 @@ class BallTracker:
         tie_m: ArrayLike,
         own_s: Mapping[str, float] | None = None,
     ) -> CatchPose | None:
-        """Take the sightings of one moment with the rope's tie point (3,) at that moment; give the catching pose.
+        """Take the detections of one time with the rope's tie point (3,) then; return the catch pose.
 
         A rolling shutter exposes the ball in one image a little before or after that in another: ``own_s`` has each
         sighting's own time, by camera.
@@ -135,7 +139,7 @@ class BallTracker:
 
     def _test(self, t_s: float, rows: Sequence[RayConstraints], tie_m: ArrayLike) -> None:
         point = triangulate(rows)
-        if point is None or self.onset is None or t_s <= self._tested_s:  # a late image: kept, but no more tested
+        if point is None or self.onset is None or t_s <= self._tested_s:  # a late image is used, but not tested
             return
         self._tested_s = t_s
         self.found = self.onset.update(t_s, point.position_m, point.covariance_m2, tie_m)
@@ -154,3 +158,29 @@ class BallTracker:
 def sphere_centre(camera: CameraModel, disc_px: ArrayLike, radius_px: float) -> Array:
     """Return the sphere's centre in the image (2,) by the centre of its disc."""
     return camera.optics.sphere_centre(np.asarray(disc_px, dtype=np.float64), radius_px)
+
+
+def catch_pose_estimator(
+    motion: MotionSettings, game: GameSettings, rim_height_m: float, gravity_m_s2: float | Array | None = None
+) -> CatchPoseEstimator:
+    """Make the estimator of the ball's descent through ``rim_height_m``.
+
+    ``gravity_m_s2`` is its size or (3,) in the frame that the ball is observed in; None: straight down, as in ``game``.
+    """
+    min_tension_m_s2 = game.gravity_m_s2 if gravity_m_s2 is None else gravity_m_s2
+    drag_per_s, drag_per_m = game.drag_per_mass
+    return CatchPoseEstimator(min_tension_m_s2, drag_per_s, rim_height_m, drag_per_m=drag_per_m, motion=motion)
+
+
+def ball_tracker(
+    settings: PredictSettings, game: GameSettings, models: Sequence[CameraModel], *, rim_height_m: float, onset: bool
+) -> BallTracker:
+    """Make the tracker of ``settings`` for these cameras, predicting the descent through ``rim_height_m``.
+
+    Without ``onset`` every sighting counts as free flight. Raises InputError where a learned colour cannot be read.
+    """
+    gravity_m_s2 = tilted_gravity(settings.gravity.scale * game.gravity_m_s2, settings.gravity.tilt_rad)
+    estimator = catch_pose_estimator(settings.motion, game, rim_height_m, gravity_m_s2)
+    test = FreeFlightOnset(settings.onset, estimator.flight, game.cup.outer_radius_m) if onset else None
+    make = partial(make_detector, settings.detector)
+    return BallTracker(models, make, estimator, test)

@@ -11,8 +11,7 @@ from kendama_cli.devices.camera.calibration import camera_model
 from kendama_cli.devices.camera.conformance import check_camera
 from kendama_cli.devices.camera.device import DeviceCameraBlock
 from kendama_cli.devices.camera.file import FileCameraBlock
-from kendama_cli.devices.camera.interface import StaleFrame
-from kendama_cli.devices.camera.opening import open_cameras
+from kendama_cli.devices.camera.interface import StaleFrame, open_cameras
 from kendama_cli.errors import ConfigError, HardwareError, InputError, MissingPartError
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import DeviceCamera, FileCamera
@@ -118,7 +117,7 @@ def test_a_binary_list_of_images_is_told_in_one_line(tmp_path):
 def test_a_corrupt_video_is_told_in_one_line(tmp_path):
     path = tmp_path / "rubbish.mp4"
     path.write_bytes(np.random.default_rng(0).bytes(5000))
-    with pytest.raises(InputError, match=r"rubbish\.mp4: OpenCV cannot read it as a film; convert it"):
+    with pytest.raises(InputError, match=r"rubbish\.mp4: OpenCV cannot read it as a video; convert it"):
         FileCameraBlock(MODEL, str(path), clock=Clock())
 
 
@@ -198,7 +197,7 @@ def test_a_live_camera_that_repeats_one_image_is_stale():
 
 def test_a_live_camera_of_another_size_is_refused():
     made = live(Device(size=(24, 32)))
-    with pytest.raises(HardwareError, match="camera 'left' gives 32 x 24 px, but is calibrated for 64 x 48 px"):
+    with pytest.raises(HardwareError, match="camera 'left' delivers 32 x 24 px, but is calibrated for 64 x 48 px"):
         made.latest(max_age_s=1.0)
     made.close()
 

@@ -5,8 +5,7 @@ import pytest
 
 from kendama_cli.devices.demonstrator.conformance import CHECKS
 from kendama_cli.devices.demonstrator.file import RecordedDemonstrator
-from kendama_cli.devices.demonstrator.interface import DemonstratorSample
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import DemonstratorSample, open_demonstrators
 from tests.devices.demonstrator.files import csv_lines, file_settings, write
 from tests.devices.demonstrator.test_mcap_log import P, T, write_mcap
 

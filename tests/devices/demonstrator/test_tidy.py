@@ -38,7 +38,7 @@ def test_a_tracker_whose_places_are_logged_again_gives_each_once(tmp_path, track
     made_s, made_m, told = read(write(tmp_path / "a.csv", lines(t_s, path(seen_s - 0.3, 1.2))))
     assert 1 / np.median(np.diff(made_s)) == pytest.approx(tracker_hz, rel=0.01)
     assert off_mm(made_s, made_m) < 3
-    assert "of the rows of the moving hand repeat the place before: the tracker gives" in told
+    assert "of the rows of the moving hand repeat the position before: the tracker delivers" in told
 
 
 @pytest.mark.parametrize("rate_hz", [30, 60, 100, 240])
@@ -58,7 +58,7 @@ def test_rows_that_repeat_to_the_digit_are_taken_once(tmp_path):
     made_s, made_m, told = read(write(tmp_path / "a.csv", twice))
     assert made_s == pytest.approx(t_s, abs=1e-9)
     assert made_m == pytest.approx(path(t_s - 0.3, 1.2), abs=1e-5)
-    assert "95 rows repeat an earlier one to the digit and are taken once" in told
+    assert "95 rows repeat an earlier one to the digit and are used once" in told
     appended = read(write(tmp_path / "b.csv", [*rows, *rows[1:]]))
     assert appended[0] == pytest.approx(t_s, abs=1e-9)
 
@@ -112,5 +112,5 @@ def test_a_frozen_tracker_is_still_refused(tmp_path):
     t_s = np.arange(0, 1.9, 0.01)
     place_m = path(t_s - 0.3, 1.2)
     place_m[70:80] = place_m[70]
-    with pytest.raises(InputError, match="the same place for 90 ms"):
+    with pytest.raises(InputError, match="the same position for 90 ms"):
         open_files(file_settings(write(tmp_path / "a.csv", lines(t_s, place_m)), **AXES))

@@ -42,7 +42,7 @@ def test_a_tracker_that_was_frozen_for_100_ms(tmp_path, swing):
     frozen = place_m.copy()
     frozen[121:131] = frozen[120]
     told = refusal(tmp_path, t_s, frozen)
-    assert "line 122: the same place for 100 ms (11 samples) amid the motion" in told
+    assert "line 122: the same position for 100 ms (11 samples) amid the motion" in told
     assert "the tracker was frozen there" in told
 
 

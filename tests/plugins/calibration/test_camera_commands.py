@@ -63,7 +63,7 @@ def test_calibrate_writes_a_file_that_the_cameras_take_and_a_picture(folders, he
     [
         (["gone"], "gone: no such file or folder; give a folder of images, or a video"),
         (["empty"], "empty: it holds no image; images end in .png"),
-        (["empty/../video.mp4"], "OpenCV cannot read it as a film; convert it"),
+        (["empty/../video.mp4"], "OpenCV cannot read it as a video; convert it"),
         (["two"], "two/b.png: its image 'b' is 32 x 24 px after 64 x 48 px; calibrate images of one size at a time"),
         (["broken"], "broken/a.png: it is not an image that OpenCV can read; remove or convert it"),
         (["two/a.png"], "two/a.png: camera 'two': the board is seen in 0 images, at least 4 are needed"),

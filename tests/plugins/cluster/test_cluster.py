@@ -113,7 +113,7 @@ def test_a_stage_whose_process_dies_fails_alone(cluster: tuple[ToyProject, DaskP
     toy, processes = cluster
     options = (*processes.options(toy), f"toy.kill_file={toy.folder / 'killed'}", "seed=60")
     first = toy.run_json(*options, expect=1)
-    assert "ended by SIGKILL; the same command goes on from the last checkpoint" in first["stages"][0]["error"]
+    assert "ended by SIGKILL; the same command resumes from the last checkpoint" in first["stages"][0]["error"]
     assert statuses(toy.run_json(*options)) == {"roll": "ran", "total": "ran"}
 
 
@@ -223,7 +223,7 @@ def test_what_cannot_work_is_one_line(toy: ToyProject) -> None:
 
     (toy.folder / "shared").mkdir()
     told = toy.kendama("run", "-p", "toy", "--on", "dask", expect=2).stderr
-    assert told.startswith("kendama: executor=dask needs a place through which machines give each other results: set")
+    assert told.startswith("kendama: executor=dask needs a store through which machines exchange results: set")
     nobody = refused("executor.scheduler=tcp://127.0.0.1:9", "executor.connect_s=0.5")
     assert nobody.startswith("kendama: executor.scheduler=tcp://127.0.0.1:9: no Dask scheduler answers there (")
     files = [f"executor.{name}={toy.folder / 'wrong.pem'}" for name in ("tls_ca", "tls_cert", "tls_key")]

@@ -10,7 +10,7 @@ import urllib.request
 import numpy as np
 import pytest
 
-from kendama_cli.devices.camera.film import Film
+from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.plugins.films.box_page import BoxPage
 from kendama_cli.plugins.films.boxes import labelled, read_labelled
 from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes
@@ -163,7 +163,7 @@ def test_boxes_dragged_by_mouse_finger_and_key_are_written_about_the_ball(film, 
     folder = tmp_path / "boxes"
     assert said == [f"{folder}: 4 boxes, and 1 images without the ball", command]
     assert command == f"kendama camera track {path} --train {folder} -o swing.csv"
-    films = dict(enumerate(pixels for _, pixels in Film(path).frames()))
+    films = dict(enumerate(pixels for _, pixels in VideoFile(path).frames()))
     written = {int(one.image.stem.split("-")[1]): read_labelled(one) for one in labelled(folder)}
     assert sum(bool(image.boxes) for image in written.values()) == 4
     for frame, image in written.items():
@@ -180,7 +180,7 @@ def test_boxes_dragged_by_mouse_finger_and_key_are_written_about_the_ball(film, 
 @pytest.fixture(scope="module")
 def served(film):
     """The address of the page of a film without boxes, served by this process."""
-    drawn = DrawnBoxes(film_stills(Film(film[0])), {})
+    drawn = DrawnBoxes(film_stills(VideoFile(film[0])), {})
     page = BoxPage(listen("127.0.0.1", 0), drawn, {}, list)
     threading.Thread(target=page.serve, daemon=True).start()
     return page.address
@@ -215,8 +215,8 @@ def test_only_who_has_the_token_is_served_and_what_is_no_box_is_refused(served):
 @pytest.mark.parametrize(
     ("words", "line"),
     [
-        (("none.mp4",), "no such film"),
-        (("text.mp4",), "cannot read it as a film"),
+        (("none.mp4",), "no such video"),
+        (("text.mp4",), "cannot read it as a video"),
         (("short.avi",), "it has 2 frames"),
         (("short.avi", "-o", "text.mp4"), "it is a file"),
     ],

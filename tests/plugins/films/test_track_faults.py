@@ -5,7 +5,7 @@ import pytest
 import yaml
 
 from tests.cli.typed import kendama, refused
-from tests.devices.camera.test_film import turn, turn_on_its_side
+from tests.devices.camera.test_video import turn, turn_on_its_side
 from tests.plugins.films.test_detect import boxes_at, camera, rows
 from tests.vision.ball_films import pendulum, textured, write_film
 

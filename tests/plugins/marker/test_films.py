@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.errors import ConfigError, HardwareError, InputError
 from kendama_cli.plugins.marker.settings import MarkerCapture, MarkerLiveCapture
 from kendama_cli.schema.settings import build
@@ -88,7 +88,7 @@ def test_another_marker_is_not_taken_for_it(tmp_path):
 
 def test_what_is_no_film_is_told(tmp_path):
     (tmp_path / "a.mp4").write_bytes(b"no film")
-    with pytest.raises(InputError, match="OpenCV cannot read it as a film"):
+    with pytest.raises(InputError, match="OpenCV cannot read it as a video"):
         open_demonstrators(settings(tmp_path / "a.mp4"))
     with pytest.raises(InputError, match="no such file"):
         open_demonstrators(settings(tmp_path / "b.mp4"))

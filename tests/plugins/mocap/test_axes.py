@@ -9,7 +9,7 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.devices.demonstrator.file import open_files
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.plugins.mocap.settings import MocapCapture
 from kendama_cli.schema.settings import build

@@ -10,7 +10,7 @@ import yaml
 from mcap.writer import Writer as McapWriter
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.pipeline.code import FileIndex
 from kendama_cli.pipeline.inputs import file_contents, resolve_files

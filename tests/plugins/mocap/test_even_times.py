@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.devices.demonstrator.tidy import even_times
 from kendama_cli.errors import InputError
 from tests.devices.streams.swing_server import SWING

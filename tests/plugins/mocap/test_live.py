@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.errors import ConfigError, HardwareError, InputError
 from kendama_cli.plugins.mocap.settings import MocapCapture
 from kendama_cli.schema.settings import build

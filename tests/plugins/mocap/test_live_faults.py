@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.devices.streams.openigtlink import HEADER, TRANSFORM, crc64
 from kendama_cli.devices.streams.stream_server import USUAL_UNIT
 from kendama_cli.devices.streams.vrpn import COOKIE, POSE, POSE_TYPE, SENDER, TYPE, named
@@ -115,7 +115,7 @@ def in_metres_not_millimetres(rows):
     ("fault", "words", "rows"),
     [
         (missing, r"'cup' is not seen for 0\.21 s; allowed: 0\.12 s", 237),
-        (frozen, "the same place for 30 ms .* amid the motion", 257),
+        (frozen, "the same position for 30 ms .* amid the motion", 257),
         (jumping, "the position jumps by 0.8", 257),
         (set_back, "(the position jumps by|an acceleration of) ", None),
         (set_forward, r"'cup' is not seen for 0\.51 s", 257),

@@ -10,7 +10,7 @@ from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.devices.demonstrator.file import open_files
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.errors import InputError, MissingPartError
 from tests.devices.demonstrator.files import file_settings, swing
 from tests.plugins.mocap.test_body import settings

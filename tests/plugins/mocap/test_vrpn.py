@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.devices.streams.vrpn import COOKIE, HEADER, VrpnStream, tracker_report
 from kendama_cli.errors import HardwareError, InputError
 from tests.devices.streams.swing_server import SWING, free_port, replayed, swing_by_json, vrpn_server

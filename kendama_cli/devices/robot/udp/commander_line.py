@@ -1,4 +1,4 @@
-"""The commander's end of a line: greets, asks, asks again where nothing comes, and believes none but the robot."""
+"""The commander's end of a line: greets, asks, repeats what was not answered, accepts the robot's answers alone."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from kendama_cli.devices.robot.udp import protocol
-from kendama_cli.devices.robot.udp.liveness import has_socket
+from kendama_cli.devices.robot.udp.datagram_line import has_socket
 from kendama_cli.devices.robot.udp.protocol import Datagram, Kind
 from kendama_cli.devices.robot.udp.seal import NONCE_BYTES, ForeignDatagramError, Seal, fresh_nonce, session_seal
 from kendama_cli.errors import HardwareError
@@ -33,7 +33,7 @@ class Peer:
     """A socket connected to ``host:port``; ``fail`` makes the error of a problem that has been met.
 
     ``exit_reason`` says how a process that we started ended, None while it lives; without it the socket of a process
-    on this machine tells. Raises HardwareError where the address is none.
+    on this machine shows it. Raises HardwareError where the address is none.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class CommanderLine:
     Silence is counted only while this process listens, and only for ``silence_s``; not at all where the other process
     can be seen to live and waits for us (``lockstep``): it may be suspended, or busy. Nobody is waited for longer than
     LONGEST_WAIT_S. ``exit_reason`` says how a process that we started ended, None while it lives; without it the
-    socket of a process on this machine tells.
+    socket of a process on this machine shows it.
     """
 
     def __init__(
@@ -121,7 +121,7 @@ class CommanderLine:
             self._peer.close()
             raise
 
-    def ask(self, kind: Kind, payload: bytes, wanted: Kind, *, hold_s: float = 0.0, at_most_s: float = 0.0) -> bytes:
+    def ask(self, kind: Kind, payload: bytes, expected: Kind, *, hold_s: float = 0.0, at_most_s: float = 0.0) -> bytes:
         """Return the payload that answers; with ``hold_s`` another datagram goes out after that time, else the same."""
         if self.failure is not None:
             raise HardwareError(self.failure)
@@ -129,7 +129,7 @@ class CommanderLine:
         self._counter += 1
         while True:
             self._peer.send(self._seal.pack(Datagram(kind, self._number, self._counter, payload)))
-            if isinstance(answer := self._await(wanted, wait_s), bytes):
+            if isinstance(answer := self._await(expected, wait_s), bytes):
                 return answer
             waited_s, listened_s = 0.0 if answer is Kind.WORKING else waited_s + wait_s, listened_s + wait_s
             asked = f"{kind.name} {self._counter}"
@@ -175,7 +175,7 @@ class CommanderLine:
                 self._judge_silence("HELLO", waited_s := waited_s + wait_s, self._silence_s, waited_s)
             wait_s = min(2 * wait_s, _LONGEST_S)
 
-    def _await(self, wanted: Kind, wait_s: float) -> bytes | Kind | None:
+    def _await(self, expected: Kind, wait_s: float) -> bytes | Kind | None:
         """Return the payload that answers the last datagram, WORKING if the robot says so, None if neither came.
 
         What has come is read even when the time is over: it may be over because this process was stopped.
@@ -186,34 +186,34 @@ class CommanderLine:
             data = self._peer.receive(max(left_s, 0.0))
             if data is None:
                 return working
-            answer = self._believed(data, wanted)
+            answer = self._believed(data, expected)
             if answer is None:
                 continue
             if answer.kind is Kind.STOPPED:
                 raise self.fail(f"it stopped: {protocol.unpack_reason(answer.payload)}")
-            if answer.kind is wanted:
+            if answer.kind is expected:
                 return answer.payload
             if answer.kind is not Kind.WORKING:
-                raise self.fail(f"{answer.kind.name} {answer.counter} came where {wanted.name} was due")
+                raise self.fail(f"{answer.kind.name} {answer.counter} came where {expected.name} was due")
             working = Kind.WORKING
         return working
 
-    def _believed(self, data: bytes, wanted: Kind) -> Datagram | None:
+    def _believed(self, data: bytes, expected: Kind) -> Datagram | None:
         """Return the robot's answer to the last datagram; None for a foreign or late one, which is counted."""
         for seal in (self._seal, self._greeting):
             with suppress(ForeignDatagramError):
                 answer = seal.unpack(data)
                 if answer.kind is Kind.CHALLENGE:
-                    return self._challenged(answer, wanted)
+                    return self._challenged(answer, expected)
                 newest = answer.counter == self._counter or answer.kind is Kind.STOPPED
                 return answer if newest and answer.session == self._number else None
         self.ignored += 1
         return None
 
-    def _challenged(self, answer: Datagram, wanted: Kind) -> Datagram | None:
+    def _challenged(self, answer: Datagram, expected: Kind) -> Datagram | None:
         """Return the awaited challenge; raises HardwareError if the robot, asked, has another session open."""
         asked, nonce = answer.payload[:NONCE_BYTES], answer.payload[NONCE_BYTES:]
-        if wanted is Kind.CHALLENGE and asked == self._nonce and len(nonce) == NONCE_BYTES:
+        if expected is Kind.CHALLENGE and asked == self._nonce and len(nonce) == NONCE_BYTES:
             self._number = answer.session
             return Datagram(answer.kind, answer.session, 0, nonce)
         if asked == self._reminder and answer.session != self._number:

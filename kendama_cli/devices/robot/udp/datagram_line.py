@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import socket
 from contextlib import suppress
 
-from kendama_cli.devices.robot.udp.liveness import Address
 from kendama_cli.devices.robot.udp.protocol import LARGEST_BYTES
 
 _BUFFER_BYTES = 1 << 22
@@ -32,3 +32,20 @@ class DatagramLine:
     def send(self, data: bytes, receiver: Address) -> None:
         """Send ``data``; raises OSError where the line cannot be written to."""
         self._line.sendto(data, receiver)
+
+
+Address = tuple[str, int]
+
+
+def has_socket(address: Address) -> bool | None:
+    """Return True if a process of this machine has the UDP socket ``address``; None if that is another machine's.
+
+    A socket ends with its process, and not while that is only stopped: what cannot be bound is held by somebody.
+    """
+    try:
+        family, kind, proto, _, resolved = socket.getaddrinfo(*address, type=socket.SOCK_DGRAM)[0]
+        with socket.socket(family, kind, proto) as probe:
+            probe.bind(resolved)
+    except OSError as error:
+        return True if error.errno == errno.EADDRINUSE else None
+    return False

@@ -57,7 +57,7 @@ class DatagramError(HardwareError):
 
 @dataclass(frozen=True)
 class Datagram:
-    """One message: what for, of which session (0: none), and its place in it."""
+    """One message: its kind, its session (0: none), and its number in it."""
 
     kind: Kind
     session: int
@@ -67,7 +67,7 @@ class Datagram:
 
 @dataclass(frozen=True)
 class Welcome:
-    """Robot's account of itself: joints, limits, control period, and its way of keeping time.
+    """Robot's account of itself: joints, limits, control period, and how it keeps time.
 
     ``watchdog_s`` is the silence after which a moving robot stops and stays stopped, ``torque_period_s`` the period of
     torque commands, 0 where it takes none.

@@ -14,8 +14,8 @@ from kendama_cli.devices.robot.limiter import ABSURD_FACTOR, check_values, limit
 from kendama_cli.devices.robot.task import Task
 from kendama_cli.devices.robot.udp import protocol
 from kendama_cli.devices.robot.udp.commander_line import CommanderLine
-from kendama_cli.devices.robot.udp.key_file import read_key
 from kendama_cli.devices.robot.udp.protocol import DatagramError, Kind, Report
+from kendama_cli.devices.robot.udp.seal import read_key
 from kendama_cli.devices.robot.udp.torque_protocol import TorqueReport, pack_torque, unpack_torque_report
 from kendama_cli.errors import HardwareError
 from kendama_cli.robot_model.joint_torque import JointTorque
@@ -113,11 +113,11 @@ class UdpRobot:
         """Halt and let go of the line."""
         self._line.close()
 
-    def _command(self, kind: Kind, payload: bytes, wanted: Kind, period_s: float) -> bytes:
+    def _command(self, kind: Kind, payload: bytes, expected: Kind, period_s: float) -> bytes:
         if not self.realtime:
-            return self._line.ask(kind, payload, wanted)
+            return self._line.ask(kind, payload, expected)
         at_most_s = min(self._silence_s, self.watchdog_s)
-        return self._line.ask(kind, payload, wanted, hold_s=_PERIODS_TO_WAIT * period_s, at_most_s=at_most_s)
+        return self._line.ask(kind, payload, expected, hold_s=_PERIODS_TO_WAIT * period_s, at_most_s=at_most_s)
 
     def _report(self, answer: bytes) -> Exchange:
         report = self._unpacked(protocol.unpack_report, answer)
@@ -132,7 +132,7 @@ class UdpRobot:
 
 
 class LimitedRobot(UdpRobot):
-    """A robot behind a controller of others: what goes to it keeps to the limits that it tells, before its own do."""
+    """A robot behind a controller of others: commands are limited to what it reports before they are sent."""
 
     def __init__(self, host: str, port: int, secret: bytes, *, silence_s: float) -> None:
         super().__init__(host, port, secret, silence_s=silence_s)

@@ -99,7 +99,7 @@ class RobotServer:
         return self._commanded.session.ignored
 
     def serve(self) -> None:
-        """Answer until ``keep_going()`` is false; the robot is closed on the way out."""
+        """Answer until ``keep_going()`` is false; the robot is closed at the end."""
         try:
             while self._keep_going():
                 if self._realtime and (self._commanded.moving or self._commanded.braking):

@@ -156,7 +156,7 @@ def _announce(ready: Mapping[str, Any]) -> None:
 
 def _end_with_input() -> None:
     """Wait for the end of standard input, which comes even when the parent was killed, and end at once."""
-    while os.read(sys.stdin.fileno(), 4096):  # not the buffered reader: its lock would bar the way out of the process
+    while os.read(sys.stdin.fileno(), 4096):  # not the buffered reader: its lock would keep the process from ending
         pass
     os._exit(0)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from kendama_cli.devices.robot.udp.key_file import make_key, read_key
+from kendama_cli.devices.robot.udp.seal import make_key, read_key
 from kendama_cli.errors import InputError
 
 

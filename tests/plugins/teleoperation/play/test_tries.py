@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.demonstrator.open_demonstrators import open_demonstrators
+from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.plugins.teleoperation.play.capture import doubt_of
 from kendama_cli.plugins.teleoperation.play.settings import PlayCapture

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.devices.camera.colour_file import colour_detector, read_colour
 from kendama_cli.errors import InputError
 from kendama_cli.vision.detection.colour import learn_from_clicks
+from kendama_cli.vision.detection.colour_detector import colour_detector, read_colour
 from tests.vision.scenes import first_found, predict
 from tests.vision.studio import Studio
 

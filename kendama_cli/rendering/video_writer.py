@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from kendama_cli.errors import InputError, MissingPartError, install_line
 
 Write = Callable[[NDArray[np.uint8]], None]
-"""Takes the next picture (h, w, 3), blue green red."""
+"""Takes the next image (h, w, 3), blue green red."""
 QUALITY = "20"
 """H.264's constant rate factor: no loss is seen."""
 
 
 @contextlib.contextmanager
-def vp8_film(path: Path, rate_hz: float, width_px: int, height_px: int) -> Iterator[Write]:
+def vp8_video(path: Path, rate_hz: float, width_px: int, height_px: int) -> Iterator[Write]:
     """Open a video that browsers play; raises InputError where OpenCV cannot write it."""
     with _quiet():  # it says that it takes a tag of its own for VP8 in WebM
         code = cv2.VideoWriter.fourcc(*"VP80")
@@ -29,8 +29,8 @@ def vp8_film(path: Path, rate_hz: float, width_px: int, height_px: int) -> Itera
     if not writer.isOpened():
         raise InputError(str(path), "OpenCV cannot write VP8 here", remedy="install opencv-python-headless from PyPI")
 
-    def write(picture: NDArray[np.uint8]) -> None:
-        writer.write(picture)
+    def write(image: NDArray[np.uint8]) -> None:
+        writer.write(image)
 
     try:
         yield write
@@ -39,20 +39,20 @@ def vp8_film(path: Path, rate_hz: float, width_px: int, height_px: int) -> Itera
 
 
 @contextlib.contextmanager
-def h264_film(path: Path, rate_hz: float, width_px: int, height_px: int) -> Iterator[Write]:
+def h264_video(path: Path, rate_hz: float, width_px: int, height_px: int) -> Iterator[Write]:
     """Open a video that everything plays; raises MissingPartError without the extra ``film``."""
     try:
         import av  # noqa: PLC0415 - of the extra film
     except ImportError:
         raise MissingPartError(
-            "film", f"{path.name}: .mp4 needs PyAV; {install_line('film')}, or name the film .webm"
+            "film", f"{path.name}: .mp4 needs PyAV; {install_line('film')}, or name the video .webm"
         ) from None
     with av.open(str(path), "w", format="mp4", options={"movflags": "faststart"}) as container:
         stream = container.add_stream("libx264", rate=round(rate_hz), options={"crf": QUALITY})
         stream.width, stream.height, stream.pix_fmt = width_px, height_px, "yuv420p"
 
-        def write(picture: NDArray[np.uint8]) -> None:
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="bgr24")))
+        def write(image: NDArray[np.uint8]) -> None:
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="bgr24")))
 
         yield write
         container.mux(stream.encode(None))

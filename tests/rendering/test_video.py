@@ -1,4 +1,4 @@
-"""The film: its clock, its pictures, its file, and what it says of places where none can be."""
+"""The video: its clock, its images, its file, and what it says of places where none can be."""
 
 from __future__ import annotations
 
@@ -11,9 +11,19 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import InputError, MissingPartError
-from kendama_cli.pipeline.film import film_run
-from kendama_cli.rendering.film import AFTER_S, BEFORE_S, HEIGHT_PX, RATE_HZ, SLOWER, WIDTH_PX, FilmMaker, clock
-from kendama_cli.rendering.film_file import check_film_name, write_film
+from kendama_cli.pipeline.video import video_of_run
+from kendama_cli.rendering.video import (
+    AFTER_S,
+    BEFORE_S,
+    HEIGHT_PX,
+    RATE_HZ,
+    SLOWER,
+    WIDTH_PX,
+    VideoMaker,
+    check_video_name,
+    clock,
+    write_video,
+)
 from kendama_cli.report.replay.performance import Frames, Performance
 from kendama_cli.schema.foxglove import Solid
 from tests.simulation.dart.bench_robot import kendama_game
@@ -36,7 +46,7 @@ def _motion(seconds: float, catch_s: float | None = None) -> Performance:
     return Performance("made up", "simulation", bodies, arm, solids, rope_m=0.4, rim_m=0.07, catch_s=catch_s)
 
 
-def test_the_film_is_slow_around_the_catch_and_true_to_time_elsewhere() -> None:
+def test_the_video_is_slow_around_the_catch_and_true_to_time_elsewhere() -> None:
     moments = np.array(list(clock(3.0, 0.0, 4.0)))
     t_s, speed = moments.T
     np.testing.assert_allclose(np.diff(t_s), speed[:-1] / RATE_HZ, rtol=1e-9)
@@ -48,25 +58,25 @@ def test_the_film_is_slow_around_the_catch_and_true_to_time_elsewhere() -> None:
     assert {one for _, one in clock(None, 0.0, 1.0)} == {1.0}
 
 
-def _ball(picture: np.ndarray) -> tuple[int, float]:
+def _ball(image: np.ndarray) -> tuple[int, float]:
     """Pixels of the ball's colour, and their mean column."""
-    blue, green, red = np.moveaxis(picture.astype(int), -1, 0)
+    blue, green, red = np.moveaxis(image.astype(int), -1, 0)
     _, columns = np.nonzero((red > 1.6 * green) & (red > 2.5 * blue))
     return len(columns), float(columns.mean())
 
 
 def test_the_pictures_show_ball_cup_and_arm_where_they_are() -> None:
     """The ball's disc has pi (f R / depth)^2 pixels; its rim mixes with what is behind it, and is not all counted."""
-    maker = FilmMaker(_motion(1.0), GAME)
+    maker = VideoMaker(_motion(1.0), GAME)
     for t_s in (0.1, 0.9):
         place_m = np.array([[0.3 - 0.6 * t_s, 0.0, 1.35]])
-        picture = maker.picture(t_s, 1.0)
-        assert picture.shape == (HEIGHT_PX, WIDTH_PX, 3)
-        many, column = _ball(picture)
+        image = maker.image(t_s, 1.0)
+        assert image.shape == (HEIGHT_PX, WIDTH_PX, 3)
+        many, column = _ball(image)
         radius_px = maker.model.focal_px[0] * GAME.ball.radius_m / maker.model.depth_m(place_m)[0]
         assert many == pytest.approx(np.pi * radius_px**2, rel=0.25)
         assert column == pytest.approx(maker.model.project(place_m)[0, 0], abs=1.0)
-    first = picture
+    first = image
     blue, _, red = np.moveaxis(first.astype(int), -1, 0)
     assert ((blue > 2 * red) & (blue > 60)).sum() > 300  # the cup
     assert (np.ptp(first.astype(int), axis=-1) < 12)[first.max(axis=-1) < 150].sum() > 5000  # the post
@@ -74,22 +84,22 @@ def test_the_pictures_show_ball_cup_and_arm_where_they_are() -> None:
 
 
 def test_a_picture_is_the_same_whatever_was_pictured_before() -> None:
-    one, another = FilmMaker(_motion(1.0), GAME), FilmMaker(_motion(1.0), GAME)
-    one.picture(0.1, 1.0)
-    np.testing.assert_array_equal(one.picture(0.9, 1.0), another.picture(0.9, 1.0))
+    one, another = VideoMaker(_motion(1.0), GAME), VideoMaker(_motion(1.0), GAME)
+    one.image(0.1, 1.0)
+    np.testing.assert_array_equal(one.image(0.9, 1.0), another.image(0.9, 1.0))
 
 
 @pytest.mark.parametrize("suffix", [".webm", ".mp4"])
-def test_a_film_is_a_file_that_is_whole_or_not_there(tmp_path: Path, monkeypatch, suffix: str) -> None:
+def test_a_video_is_a_file_that_is_whole_or_not_there(tmp_path: Path, monkeypatch, suffix: str) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {0}, raising=False)
-    pictures = write_film(_motion(0.1), GAME, tmp_path / f"catch{suffix}")
+    images = write_video(_motion(0.1), GAME, tmp_path / f"catch{suffix}")
     assert [path.name for path in tmp_path.iterdir()] == [f"catch{suffix}"]
-    film = cv2.VideoCapture(str(tmp_path / f"catch{suffix}"))
-    assert film.get(cv2.CAP_PROP_FPS) == pytest.approx(RATE_HZ, rel=0.01)
+    video = cv2.VideoCapture(str(tmp_path / f"catch{suffix}"))
+    assert video.get(cv2.CAP_PROP_FPS) == pytest.approx(RATE_HZ, rel=0.01)
     shown = []
-    while (read := film.read())[0]:
+    while (read := video.read())[0]:
         shown.append(read[1])
-    assert len(shown) == pictures == 7
+    assert len(shown) == images == 7
     assert shown[0].shape == (HEIGHT_PX, WIDTH_PX, 3)
     assert _ball(shown[0])[0] > 100
 
@@ -98,25 +108,25 @@ def test_without_its_extra_an_mp4_says_what_to_install(tmp_path: Path, monkeypat
     monkeypatch.setitem(sys.modules, "av", None)
     with pytest.raises(
         MissingPartError,
-        match=r"\.mp4 needs PyAV; pip install '\.\[film\]' in a checkout of kendama, or name the film .webm",
+        match=r"\.mp4 needs PyAV; pip install '\.\[film\]' in a checkout of kendama, or name the video .webm",
     ):
-        write_film(_motion(0.1), GAME, tmp_path / "catch.mp4")
+        write_video(_motion(0.1), GAME, tmp_path / "catch.mp4")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("catch.avi", r"catch.avi: a film ends in .webm or .mp4; name it catch.webm"),
-        ("catch", r"catch: a film ends in .webm or .mp4; name it catch.webm"),
+        ("catch.avi", r"catch.avi: a video ends in .webm or .mp4; name it catch.webm"),
+        ("catch", r"catch: a video ends in .webm or .mp4; name it catch.webm"),
         ("nowhere/catch.webm", r"catch.webm: its folder is not there; make the folder, or name another one"),
         ("folder.webm", r"folder.webm: it is a folder; name a file"),
     ],
 )
-def test_a_place_where_no_film_can_be_is_told_in_one_line(tmp_path: Path, name: str, said: str) -> None:
+def test_a_place_where_no_video_can_be_is_told_in_one_line(tmp_path: Path, name: str, said: str) -> None:
     (tmp_path / "folder.webm").mkdir()
     with pytest.raises(InputError, match=said) as caught:
-        check_film_name(tmp_path / name)
+        check_video_name(tmp_path / name)
     assert "\n" not in str(caught.value)
 
 
@@ -125,14 +135,14 @@ def test_a_folder_that_may_not_be_written_is_told_before_anything_is_rendered(tm
         raise PermissionError(13, "Permission denied", str(self))
 
     monkeypatch.setattr(Path, "touch", refused)  # root may write anywhere
-    with pytest.raises(InputError, match="the film cannot be written there; name a place that you may write to"):
-        write_film(_motion(0.1), GAME, tmp_path / "catch.webm")
+    with pytest.raises(InputError, match="the video cannot be written there; name a folder that you may write to"):
+        write_video(_motion(0.1), GAME, tmp_path / "catch.webm")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_run_whose_logs_move_nothing_is_told_in_one_line(tmp_path: Path) -> None:
     record = {"run": "00007-abc", "stages": [{"name": "encode", "artifact": None}]}
-    with pytest.raises(InputError, match="run 00007-abc: no log of it moves a cup and a ball; film a run of adapt"):
-        film_run([record], tmp_path / "catch.webm")
-    with pytest.raises(InputError, match="2 runs are asked for; name one run: a film shows one"):
-        film_run([record, record], tmp_path / "catch.webm")
+    with pytest.raises(InputError, match="run 00007-abc: no log of it moves a cup and a ball; render a run of adapt"):
+        video_of_run([record], tmp_path / "catch.webm")
+    with pytest.raises(InputError, match="2 runs are chosen; name one run: a video shows one"):
+        video_of_run([record, record], tmp_path / "catch.webm")

@@ -1,4 +1,4 @@
-"""The film of a run: finds a motion in its logs and has it rendered."""
+"""The video of a run: finds a motion in its logs and has it rendered."""
 
 from __future__ import annotations
 
@@ -9,31 +9,31 @@ from typing import Any
 from kendama_cli.errors import InputError
 from kendama_cli.log.reader import logged_settings
 from kendama_cli.pipeline.report import logs_of
-from kendama_cli.rendering.film_file import check_film_name, write_film
+from kendama_cli.rendering.video import check_video_name, write_video
 from kendama_cli.report.chapters import declaration_of, performances
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.report.source import StageLog
 from kendama_cli.settings.game import GameSettings
 
 
-def film_run(records: Sequence[Mapping[str, Any]], path: Path) -> int:
-    """Write the film of a run's first motion with an arm, or else of its first motion; how many pictures it has.
+def video_of_run(records: Sequence[Mapping[str, Any]], path: Path) -> int:
+    """Write the video of a run's first motion with an arm, or else of its first motion; how many images it has.
 
-    Raises InputError for several runs, where no log of the one moves a ball, and for a place where no film can be.
+    Raises InputError for several runs, where no log of the one moves a ball, and for a place where no video can be.
     """
     if len(records) != 1:
-        raise InputError(str(path), f"{len(records)} runs are asked for", remedy="name one run: a film shows one")
+        raise InputError(str(path), f"{len(records)} runs are chosen", remedy="name one run: a video shows one")
     (record,) = records
-    check_film_name(path)
+    check_video_name(path)
     found = _motions(record)
     if not found:
         raise InputError(
             f"run {record['run']}",
             "no log of it moves a cup and a ball",
-            remedy="film a run of adapt, learn or transfer (kendama runs)",
+            remedy="render a run of adapt, learn or transfer (kendama runs)",
         )
     motion, log = min(found, key=lambda one: one[0].links is None)
-    return write_film(motion, logged_settings(GameSettings, log.settings["game"], "game", log.path), path)
+    return write_video(motion, logged_settings(GameSettings, log.settings["game"], "game", log.path), path)
 
 
 def _motions(record: Mapping[str, Any]) -> list[tuple[Performance, StageLog]]:

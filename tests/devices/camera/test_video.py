@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.devices.camera.file import FileCameraBlock
-from kendama_cli.devices.camera.film import Film, read_avi
-from kendama_cli.devices.camera.film_check import film_faults
+from kendama_cli.devices.camera.video import VideoFile, read_avi, video_faults
 from kendama_cli.devices.camera.views import read_views
 from kendama_cli.errors import InputError
 from kendama_cli.vision.cameras.camera_model import CameraModel
@@ -41,8 +40,8 @@ def changed(path, place, content):
 
 
 def faults(path):
-    film = Film(path)
-    return list(film_faults(film, film.times_s()))
+    film = VideoFile(path)
+    return list(video_faults(film, film.times_s()))
 
 
 def test_a_whole_film_has_no_faults(avi, mp4):
@@ -50,7 +49,7 @@ def test_a_whole_film_has_no_faults(avi, mp4):
     facts = read_avi(avi)
     assert (facts.rate_hz, facts.frames, facts.damaged_byte) == (RATE_HZ, FRAMES, None)
     assert read_avi(mp4) is None
-    assert np.allclose(Film(avi).times_s(), np.arange(FRAMES) / RATE_HZ, atol=1e-6)
+    assert np.allclose(VideoFile(avi).times_s(), np.arange(FRAMES) / RATE_HZ, atol=1e-6)
 
 
 @pytest.mark.parametrize("what", ["zeros", "noise", "length"])
@@ -68,17 +67,17 @@ def test_an_avi_ends_where_it_is_damaged(avi, what):
     changed(avi, *hurt[what])
     (line,) = faults(avi)
     assert f"it is damaged at byte {found[11]}, after 11 of its {FRAMES} frames; an AVI does not say when" in line
-    assert np.allclose(Film(avi).times_s(), np.arange(11) / RATE_HZ, atol=1e-6)
+    assert np.allclose(VideoFile(avi).times_s(), np.arange(11) / RATE_HZ, atol=1e-6)
 
 
 def test_a_film_that_is_cut_off_is_told_and_its_first_part_used(avi, mp4):
     avi.write_bytes(avi.read_bytes()[: avi.stat().st_size // 2])
     (line,) = faults(avi)
     assert f" of its {FRAMES} frames can be read: it is cut off or damaged; copy it again" in line
-    assert FRAMES // 3 < Film(avi).count() < FRAMES * 2 // 3
+    assert FRAMES // 3 < VideoFile(avi).count() < FRAMES * 2 // 3
     mp4.write_bytes(mp4.read_bytes()[: mp4.stat().st_size // 2])
     with pytest.raises(InputError, match=r"film.mp4: it is cut off: its index \(moov\) is not there; copy it again"):
-        Film(mp4)
+        VideoFile(mp4)
 
 
 @pytest.mark.parametrize(("scale", "rate", "told"), [(1, 0, "0"), (0, 0, "0"), (1000, 1, "0.001"), (1, 9999, "9999")])
@@ -86,12 +85,12 @@ def test_an_avi_without_a_frame_rate_is_refused(avi, scale, rate, told):
     """FFmpeg takes 25 frames a second where the header says none."""
     changed(avi, avi.read_bytes().index(b"strh") + 28, struct.pack("<II", scale, rate))
     with pytest.raises(InputError, match=f"its header says {told} frames per second, so its times are not known"):
-        Film(avi)
+        VideoFile(avi)
 
 
 def test_frames_that_are_not_evenly_spaced_are_told(mp4):
     times_s = np.delete(np.arange(FRAMES) / RATE_HZ, [5, 12, 13])
-    (line,) = [one for one in film_faults(Film(mp4), times_s) if "evenly" in one]
+    (line,) = [one for one in video_faults(VideoFile(mp4), times_s) if "evenly" in one]
     assert "its frames are not evenly spaced (33.3 ms, but 2 gaps of up to 100 ms): each has its own time" in line
 
 
@@ -107,9 +106,9 @@ def turn_on_its_side(path):
 
 
 def test_a_film_that_its_metadata_turns_is_turned_and_says_so(mp4):
-    assert (Film(mp4).turned_deg, Film(mp4).width_px) == (0, 320)
+    assert (VideoFile(mp4).turned_deg, VideoFile(mp4).width_px) == (0, 320)
     turn_on_its_side(mp4)
-    film = Film(mp4)
+    film = VideoFile(mp4)
     assert film.turned_deg in (90, 270)
     assert (film.width_px, film.height_px) == (240, 320)
 
@@ -125,16 +124,16 @@ UNMIRRORED = {  # the matrix (a, b, c, d) of x' = a x + c y, y' = b x + d y, and
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("name", UNMIRRORED)
 def test_each_of_eight_matrices_shows_the_film_upright_as_the_lens_saw_it(mp4, name, mirrored):
-    taken = next(Film(mp4).frames())[1]
+    taken = next(VideoFile(mp4).frames())[1]
     (a, b, c, d), quarters = UNMIRRORED[name]
     if mirrored:  # first flipped from left to right: x' = -a x + c y
         a, b = -a, -b
     turn(mp4, a, b, c, d)
-    film = Film(mp4)
+    film = VideoFile(mp4)
     np.testing.assert_array_equal(next(film.frames())[1], np.rot90(taken, quarters))
     assert (film.is_mirrored, film.turned_deg) == (mirrored, -90 * quarters % 360)
     lines = faults(mp4)
-    assert len([line for line in lines if "it is turned by" in line]) == (quarters != 0)
+    assert len([line for line in lines if "it is rotated by" in line]) == (quarters != 0)
     assert len([line for line in lines if "mirrors it, which is left out" in line]) == mirrored
 
 
@@ -153,7 +152,7 @@ def test_a_trimmed_film_is_read_as_far_as_it_is_shown_and_is_not_damaged(mp4):
     trimmed(mp4, 8)
     with av.open(str(mp4)) as opened:
         shown = sum(1 for _ in opened.decode(video=0))
-    film = Film(mp4)
+    film = VideoFile(mp4)
     assert (film.count(), film.declared) == (shown, FRAMES)
     assert 6 <= shown <= 12
     (line,) = faults(mp4)

@@ -1,28 +1,33 @@
-"""A film of one motion by our own ray caster: the replay's scene as pictures, slow around the catch."""
+"""A video of one motion by our own ray caster: the replay's scene as images, slow around the catch."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Sequence
 from itertools import groupby
+from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.rendering import kernel_light
-from kendama_cli.rendering.floor import Floor
-from kendama_cli.rendering.mesh import LinkMesh, unit_cylinder, unit_sphere
+from kendama_cli.rendering.background import Floor
+from kendama_cli.rendering.mesh import LinkMesh, Surface, unit_cylinder, unit_sphere
 from kendama_cli.rendering.moving import SceneSampler, Shot
 from kendama_cli.rendering.raycast import Raycaster
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
+from kendama_cli.rendering.video_writer import h264_video, vp8_video
 from kendama_cli.report.replay.performance import Frames, Performance
 from kendama_cli.robot_model.colours import BALL_RGB, CUP_RGB, Rgb
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import Solid
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings, LightSettings
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.system.processes import process_pool
 from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
 
 WIDTH_PX, HEIGHT_PX, RATE_HZ = 1280, 720, 60.0
@@ -30,9 +35,9 @@ SLOWER = 8.0
 BEFORE_S, AFTER_S, EASE_S = 0.34, 0.16, 0.25
 """Slow motion lasts from so long before the catch to so long after it, and comes and goes within EASE_S."""
 REST_S = 0.9
-"""Of the motion after the catch."""
+"""Duration of the motion that is shown after the catch."""
 LEAD_S = 2.6
-"""Of the motion before it."""
+"""Duration of the motion that is shown before the catch."""
 _SHUTTER_S = 0.004
 _FOCAL_PX = 1180.0
 _LAMP_M, _LAMP, _AMBIENT = (1.6, 2.4, 4.2), 0.62, 0.5
@@ -42,7 +47,7 @@ _INK_BGR = (114, 106, 106)
 
 
 def clock(catch_s: float | None, start_s: float, end_s: float) -> Iterator[tuple[float, float]]:
-    """Yield the motion's time and its speed (1: as it was) for every picture of the film."""
+    """Yield the motion's time and its speed (1: as it was) for every image of the video."""
     if catch_s is not None:
         start_s, end_s = max(start_s, catch_s - LEAD_S), min(end_s, catch_s + REST_S)
     t_s = start_s
@@ -55,8 +60,8 @@ def clock(catch_s: float | None, start_s: float, end_s: float) -> Iterator[tuple
 def _speed(from_catch_s: float) -> float:
     """Return 1 away from the catch, 1 / SLOWER around it, and a smooth step in between."""
     away = max(-BEFORE_S - from_catch_s, from_catch_s - AFTER_S, 0.0) / EASE_S
-    share = min(away, 1.0) ** 2 * (3 - 2 * min(away, 1.0))
-    return (1 - share) / SLOWER + share
+    fraction = min(away, 1.0) ** 2 * (3 - 2 * min(away, 1.0))
+    return (1 - fraction) / SLOWER + fraction
 
 
 class MotionScene:
@@ -75,9 +80,9 @@ class MotionScene:
             self.meshes.append(_joined(list(solids), rgb))
 
     def __call__(self, t_s: float) -> ScenePose:
-        """Return where all is at ``t_s``."""
-        places, turns = _at(self._motion.bodies, t_s)
-        cup, ball, rotation = places[self._cup], places[self._ball], turns[self._cup]
+        """Return all poses at ``t_s``."""
+        positions, rotations = _at(self._motion.bodies, t_s)
+        cup, ball, rotation = positions[self._cup], positions[self._ball], rotations[self._cup]
         links = np.empty((0, 3, 4))
         if self._motion.links is not None and self._frames:
             at, turned = _at(self._motion.links, t_s)
@@ -88,8 +93,8 @@ class MotionScene:
         )
 
 
-class FilmMaker:
-    """Pictures of ``motion``, which ``game`` gives its sizes, as the camera ``model`` sees it."""
+class VideoMaker:
+    """Images of ``motion`` with the sizes of ``game``, as the camera ``model`` sees it."""
 
     def __init__(self, motion: Performance, game: GameSettings) -> None:
         self._scene, self._motion = MotionScene(motion, game.cup.tie_m), motion
@@ -114,44 +119,42 @@ class FilmMaker:
         self.model = _view(motion.start_m, arm=motion.links is not None)
         self._raycaster = Raycaster(self.model, look, light, game, Floor(self.model, light))
         self._sampler = SceneSampler(look, self._scene.meshes)
-        self._picture = np.empty((HEIGHT_PX, WIDTH_PX, 3), dtype=np.uint8)
+        self._image = np.empty((HEIGHT_PX, WIDTH_PX, 3), dtype=np.uint8)
 
     @staticmethod
     def moments(motion: Performance) -> list[tuple[float, float]]:
-        """Time and speed of each picture of the film."""
+        """Time and speed of each image of the video."""
         frames = motion.bodies
         end_s = frames.start_s + (len(frames.poses) - 1) / frames.rate_hz
         return list(clock(motion.catch_s, frames.start_s, end_s))
 
-    def picture(self, t_s: float, speed: float) -> NDArray[np.uint8]:
-        """Return the scene (h, w, 3) at ``t_s``, blue green red; exposed for less where the film is slow, its speed
-        told.
-        """
+    def image(self, t_s: float, speed: float) -> NDArray[np.uint8]:
+        """Return the scene (h, w, 3) at ``t_s``, BGR; exposed for less, and with its speed in text, where slow."""
         half_s = _SHUTTER_S * speed / 2
         moving = self._sampler.moving(self._scene, t_s - half_s, t_s + half_s)
         last = len(moving.ball_m) - 1
         rows = np.full(HEIGHT_PX, last / 2)
         light, changed = self._raycaster.renew(Shot(t_s, moving, rows, float(last), np.ones(HEIGHT_PX)))
-        kernel_light.to_screen(changed, light, _SRGB, self._picture)
-        picture = self._picture.copy()
+        kernel_light.to_screen(changed, light, _SRGB, self._image)
+        image = self._image.copy()
         words = self._motion.label + ("" if speed > 0.99 else f"   1/{1 / speed:.0f} speed")
-        cv2.putText(picture, words, (36, HEIGHT_PX - 34), cv2.FONT_HERSHEY_DUPLEX, 0.62, _INK_BGR, 1, cv2.LINE_AA)
-        return picture
+        cv2.putText(image, words, (36, HEIGHT_PX - 34), cv2.FONT_HERSHEY_DUPLEX, 0.62, _INK_BGR, 1, cv2.LINE_AA)
+        return image
 
 
 def _view(cup_m: Array, *, arm: bool) -> CameraModel:
-    """Return where the replay looks from, too."""
+    """Return the camera, at the viewpoint of the replay."""
     target = cup_m + np.array([0.0, -0.3 if arm else 0.0, -0.2 if arm else -0.1])
-    place = target + (2.7 if arm else 1.9) * np.array([0.34, 0.9, 0.26])
+    position = target + (2.7 if arm else 1.9) * np.array([0.34, 0.9, 0.26])
     return CameraModel(
-        name="film",
+        name="video",
         width_px=WIDTH_PX,
         height_px=HEIGHT_PX,
         focal_px=np.array([_FOCAL_PX, _FOCAL_PX]),
         center_px=np.array([(WIDTH_PX - 1) / 2, (HEIGHT_PX - 1) / 2]),
         distortion=np.zeros(5),
-        world_to_camera=looking_at(place, target),
-        position_in_world_m=place,
+        world_to_camera=looking_at(position, target),
+        position_in_world_m=position,
     )
 
 
@@ -160,7 +163,7 @@ def _at(frames: Frames, t_s: float) -> tuple[Array, Array]:
     at = min(max((t_s - frames.start_s) * frames.rate_hz, 0.0), len(frames.poses) - 1.0)
     low = min(math.floor(at), len(frames.poses) - 2)
     mean = frames.poses[low] + (at - low) * (frames.poses[low + 1] - frames.poses[low])
-    return mean[:, :3], np.array([matrix_of(turn) for turn in mean[:, 3:]])
+    return mean[:, :3], np.array([matrix_of(rotation) for rotation in mean[:, 3:]])
 
 
 def _look(solid: Solid) -> tuple[str, tuple[float, float, float]]:
@@ -214,3 +217,77 @@ def _srgb() -> NDArray[np.uint8]:
 
 
 _SRGB = _srgb()
+
+
+WRITERS = {".webm": vp8_video, ".mp4": h264_video}
+"""Kinds of video by their name's ending."""
+_AT_ONCE = 8
+"""Pictures of one task: long enough to be worth a message, short enough to keep all processes busy to the end."""
+_maker: VideoMaker | None = None
+
+
+def check_video_name(path: Path) -> None:
+    """Raise InputError for a name that no video can have, or a folder that is not there."""
+    if path.suffix.lower() not in WRITERS:
+        raise InputError(
+            str(path),
+            f"a video ends in {' or '.join(WRITERS)}",
+            remedy=f"name it {path.stem or 'catch'}{next(iter(WRITERS))}",
+        )
+    if not path.absolute().parent.is_dir():
+        raise InputError(str(path), "its folder is not there", remedy="make the folder, or name another one")
+    if path.is_dir():
+        raise InputError(str(path), "it is a folder", remedy="name a file")
+
+
+def write_video(motion: Performance, game: GameSettings, path: Path) -> int:
+    """Render ``motion`` into ``path``, which is replaced only by a whole video; how many images it has.
+
+    Raises InputError where the video cannot be written there, MissingPartError where Embree, or PyAV for .mp4, is not
+    installed.
+    """
+    check_video_name(path)
+    Surface(LinkMesh(*unit_cylinder(3), (0.0, 0.0, 0.0)))  # says here, not in a process, where Embree is missing
+    suffix = path.suffix.lower()
+    unfinished = path.with_name(f".{path.stem}.{os.getpid()}{suffix}")
+    try:
+        try:
+            unfinished.touch()
+        except OSError as error:
+            raise _unwritable(path) from error
+        with WRITERS[suffix](unfinished, RATE_HZ, WIDTH_PX, HEIGHT_PX) as write:
+            count = 0
+            for image in _images(motion, game):
+                write(image)
+                count += 1
+        try:
+            unfinished.replace(path)
+        except OSError as error:
+            raise _unwritable(path) from error
+    finally:
+        unfinished.unlink(missing_ok=True)
+    return count
+
+
+def _images(motion: Performance, game: GameSettings) -> Iterator[NDArray[np.uint8]]:
+    """Yield the video's images in order; each process renders with one thread."""
+    moments = VideoMaker.moments(motion)
+    tasks = [moments[k : k + _AT_ONCE] for k in range(0, len(moments), _AT_ONCE)]
+    with process_pool(_begin, motion, game) as pool:
+        for images in pool.map(_render, tasks):
+            yield from images
+
+
+def _begin(motion: Performance, game: GameSettings) -> None:
+    global _maker  # noqa: PLW0603 - one per process, made when it begins
+    cv2.setNumThreads(1)
+    _maker = VideoMaker(motion, game)
+
+
+def _render(moments: Sequence[tuple[float, float]]) -> list[NDArray[np.uint8]]:
+    assert _maker is not None
+    return [_maker.image(*moment) for moment in moments]
+
+
+def _unwritable(path: Path) -> InputError:
+    return InputError(str(path), "the video cannot be written there", remedy="name a folder that you may write to")
