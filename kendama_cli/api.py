@@ -212,7 +212,7 @@ def estimator(rim_height_m: float, overrides: Sequence[str] = ()) -> CatchPoseEs
     rim_height_m : float
         Height of the plane in the world [m].
     overrides : sequence of str
-        Overrides of ``game`` and ``predict``: gravity, drag, and ``predict/motion=ballistic|process_noise|coloured``.
+        Overrides of ``game`` and ``predict``: gravity, drag, and ``predict/motion=ballistic|coloured``.
 
     Returns
     -------

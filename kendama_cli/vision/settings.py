@@ -54,24 +54,18 @@ class BallisticMotion:
 
 
 @dataclass(frozen=True)
-class ProcessNoiseMotion:
-    """White noise on the ball's acceleration: what drag and spin do beyond the model adds up."""
-
-    kind: Literal["process_noise"]
-    intensity_m2_s3: float = setting("spectral density of the acceleration's noise [m^2/s^3]", above=0)
-
-
-@dataclass(frozen=True)
 class ColouredMotion:
     """A smooth wobble of what is seen about the flight, as of a ball that spins about another point than its centre."""
 
     kind: Literal["coloured"]
     sigma_m: float = setting("standard deviation of the wobble along each axis [m]", above=0)
-    length_s: float = setting("time over which the wobble forgets itself [s]", above=0)
-    intensity_m2_s3: float = setting("process noise besides [m^2/s^3]", at_least=0)
+    length_s: float = setting("correlation time of the wobble [s]", above=0)
+    intensity_m2_s3: float = setting(
+        "spectral density of white noise on the acceleration besides [m^2/s^3]", at_least=0
+    )
 
 
-MotionSettings = BallisticMotion | ProcessNoiseMotion | ColouredMotion
+MotionSettings = BallisticMotion | ColouredMotion
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ import numpy as np  # noqa: E402
 from kendama_cli.vision.cameras.region import around  # noqa: E402
 from kendama_cli.vision.cameras.triangulation import ray_constraints  # noqa: E402
 from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator  # noqa: E402
-from kendama_cli.vision.settings import BallisticMotion, ColouredMotion, ProcessNoiseMotion  # noqa: E402
+from kendama_cli.vision.settings import BallisticMotion, ColouredMotion  # noqa: E402
 from tests.vision.scenes import first_found, stereo  # noqa: E402
 from tests.vision.seen_flight import DRAG, FLIGHT, RIM_M, SIGMA_PX, START, VELOCITY, stamps  # noqa: E402
 from tests.vision.studio import DETECTOR, Studio  # noqa: E402
@@ -92,7 +92,6 @@ def main() -> None:
         (f"estimator, {name}, per frame and camera", best_us(lambda m=motion: estimate(seen, m), 30) / len(seen), fit)
         for name, motion in (
             ("ballistic", BallisticMotion("ballistic")),
-            ("process noise", ProcessNoiseMotion("process_noise", 0.1)),
             ("coloured", ColouredMotion("coloured", 3e-3, 0.2, 0.01)),
         )
     ]

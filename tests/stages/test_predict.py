@@ -119,9 +119,8 @@ def test_in_every_light_the_catch_is_predicted_within_the_bound_of_the_study(lig
     assert figures["onset_false_alarms"] == 0
 
 
-@pytest.mark.parametrize("name", [pytest.param("process_noise", marks=pytest.mark.slow), "coloured"])
-def test_every_variant_of_the_motion_is_chosen_by_its_settings(name):
-    motion = build_value(MotionSettings, plain("predict/motion", name), "predict.motion")
+def test_a_wobbling_motion_is_chosen_by_its_settings():
+    motion = build_value(MotionSettings, plain("predict/motion", "coloured"), "predict.motion")
     made = stage(motion=motion, flights=2, image_every=0).run({}, MemoryContext(seed=7))
     assert made.metrics["predicted_rate"] == 1.0
     assert made.metrics["position_error_mm_p95"] < 6.0

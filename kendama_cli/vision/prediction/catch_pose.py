@@ -23,8 +23,7 @@ class CatchPoseEstimator:
     """Estimates a ball's free flight from any number of cameras with stamps of their own.
 
     ``motion`` chooses how closely the ball is modelled to follow gravity and drag: exactly (an information filter),
-    with noise on its acceleration, or with a smooth wobble about the flight (Kalman filters). Every observation costs
-    the same, however many came before.
+    or with a smooth wobble about the flight (a Kalman filter). Every observation costs the same.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""A flight that its model describes only roughly: a Kalman filter with process noise or a coloured residual."""
+"""A flight that its model describes only roughly: a Kalman filter with process noise and a coloured residual."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.triangulation import NEAREST_DEPTH_M, RayConstraints
 from kendama_cli.vision.prediction.ballistic import MIN_FREEDOM, UNKNOWNS, BallisticFit, BallState
 from kendama_cli.vision.prediction.free_flight import FreeFlight
-from kendama_cli.vision.settings import ColouredMotion, ProcessNoiseMotion
+from kendama_cli.vision.settings import ColouredMotion
 
+STATES = 12
 WIDE_POSITION_M, WIDE_VELOCITY_M_S = 1.0, 10.0
 """Prior of the ball's state: next to nothing is known."""
 
@@ -19,24 +20,22 @@ WIDE_POSITION_M, WIDE_VELOCITY_M_S = 1.0, 10.0
 class KalmanFlightFit:
     """The ball's state from measurements in order of time, each at the same cost.
 
-    ``process_noise``: x = (p, v) with v' = g - drag + white noise of intensity q. ``coloured``: x = (p, v, w, w') where
-    what is seen is p + w and w is a Matern-3/2 process (lambda = sqrt(3) / length),
+    x = (p, v, w, w') with v' = g - drag + white noise of intensity q; what is seen is p + w, where w is a Matern-3/2
+    process (lambda = sqrt(3) / length),
 
         w'' = -lambda^2 w - 2 lambda w' + white noise,  var(w) = sigma^2,
 
-    beside the process noise, which is least squares with that residual covariance (generalised least squares).
+    which is least squares with that residual covariance (generalised least squares).
     Begins with the plain fit's state as soon as that is known, and takes the measurements that led to it once more.
     """
 
-    def __init__(self, flight: FreeFlight, motion: ProcessNoiseMotion | ColouredMotion) -> None:
+    def __init__(self, flight: FreeFlight, motion: ColouredMotion) -> None:
         self.flight, self._motion = flight, motion
         self._plain = BallisticFit(flight)
         self._waiting: list[tuple[float, RayConstraints]] = []
         self.count = 0
-        self._coloured = isinstance(motion, ColouredMotion)
-        self._size = 6 + 6 * self._coloured
         self._mean: Array | None = None
-        self._covariance = np.zeros((self._size, self._size))
+        self._covariance = np.zeros((STATES, STATES))
         self._square = 0.0
         self.reference_s = 0.0
 
@@ -59,7 +58,7 @@ class KalmanFlightFit:
         known = self._plain.state(first_s)
         if known is None or not self._plain.within(WIDE_POSITION_M / 4, WIDE_VELOCITY_M_S / 4):
             return
-        self._mean = np.concatenate([*known, np.zeros(self._size - UNKNOWNS)])
+        self._mean = np.concatenate([*known, np.zeros(STATES - UNKNOWNS)])
         wide = np.repeat([WIDE_POSITION_M**2, WIDE_VELOCITY_M_S**2, *_still(self._motion)], 3)
         self._covariance, self.reference_s = np.diag(wide), first_s
         for one in self._waiting:
@@ -71,8 +70,7 @@ class KalmanFlightFit:
         if self._mean is None:
             return None
         mean = self._mean_over(t_s - self.reference_s)
-        position, velocity = mean[0], mean[1]
-        return (position + mean[2], velocity + mean[3]) if self._coloured else (position, velocity)
+        return mean[0] + mean[2], mean[1] + mean[3]
 
     def ball_state(self, t_s: float) -> BallState | None:
         """Return the ball at ``t_s``, with its position's covariance, scaled up if the innovations are too large."""
@@ -80,9 +78,7 @@ class KalmanFlightFit:
         if known is None:
             return None
         p = self._covariance_over(t_s - self.reference_s)
-        position = p[:3, :3]
-        if self._coloured:
-            position = position + p[6:9, 6:9] + p[:3, 6:9] + p[6:9, :3]
+        position = p[:3, :3] + p[6:9, 6:9] + p[:3, 6:9] + p[6:9, :3]
         return BallState(*known, position * max(1.0, self.residual_ratio))
 
     def _take(self, t_s: float, sight: RayConstraints) -> None:
@@ -98,12 +94,9 @@ class KalmanFlightFit:
         ahead = self.flight.transition(self._mean[3:6], late).position_s
         depth = float(sight.depth_row @ position) + sight.depth_right
         rows = sight.rows / max(depth, NEAREST_DEPTH_M)
-        design = np.zeros((len(rows), self._size))
-        design[:, :3], design[:, 3:6] = rows, rows @ ahead
-        if self._coloured:
-            design[:, 6:9] = rows
-            position = position + self._mean[6:9]
-        innovation = sight.right / max(depth, NEAREST_DEPTH_M) - rows @ position
+        design = np.zeros((len(rows), STATES))
+        design[:, :3], design[:, 3:6], design[:, 6:9] = rows, rows @ ahead, rows
+        innovation = sight.right / max(depth, NEAREST_DEPTH_M) - rows @ (position + self._mean[6:9])
         crossed = self._covariance @ design.T
         spread = design @ crossed + np.eye(len(rows))
         gain = np.linalg.solve(spread, crossed.T).T
@@ -113,14 +106,13 @@ class KalmanFlightFit:
         self._covariance = (covariance + covariance.T) / 2
 
     def _mean_over(self, s: float) -> Array:
-        """Return the mean after ``s`` seconds, a row for each of p, v, w, w' (2 or 4, 3)."""
+        """Return the mean after ``s`` seconds, a row for each of p, v, w, w' (4, 3)."""
         if self._mean is None:
             raise ValueError("nothing is known yet")
         mean = self._mean.reshape(-1, 3)
         ahead: Array = mean.copy()
         ahead[0], ahead[1] = self.flight.moved(mean[0], mean[1], s)
-        if self._coloured:
-            ahead[2:4] = self._wobble(s) @ mean[2:4]
+        ahead[2:4] = self._wobble(s) @ mean[2:4]
         return ahead
 
     def _covariance_over(self, s: float) -> Array:
@@ -128,25 +120,21 @@ class KalmanFlightFit:
         if self._mean is None:
             raise ValueError("nothing is known yet")
         wobble, flown = self._wobble(s), self.flight.transition(self._mean[3:6], s)
-        ahead = np.eye(self._size)
+        ahead = np.eye(STATES)
         ahead[:3, 3:6], ahead[3:6, 3:6] = flown.position_s, flown.velocity
-        if self._coloured:
-            ahead[6:12, 6:12] = _per_axis(wobble)
+        ahead[6:12, 6:12] = _per_axis(wobble)
         covariance = ahead @ self._covariance @ ahead.T
         if s > 0:
-            q, added = self._motion.intensity_m2_s3, np.zeros((self._size // 3,) * 2)
+            q, added = self._motion.intensity_m2_s3, np.zeros((4, 4))
             added[0, 0], added[1, 1] = q * s**3 / 3, q * s
             added[0, 1] = added[1, 0] = q * s**2 / 2
-            if self._coloured:
-                still = np.diag(_still(self._motion))
-                added[2:4, 2:4] = still - wobble @ still @ wobble.T
+            still = np.diag(_still(self._motion))
+            added[2:4, 2:4] = still - wobble @ still @ wobble.T
             covariance += _per_axis(added)
         return covariance
 
     def _wobble(self, s: float) -> Array:
-        """Return the transition of w and w' along one axis over ``s`` seconds, (2, 2) or empty; backward they stay."""
-        if not isinstance(self._motion, ColouredMotion):
-            return np.zeros((0, 0))
+        """Return the transition of w and w' along one axis over ``s`` seconds (2, 2); backward they stay."""
         if s <= 0:
             return np.eye(2)
         decay = math.sqrt(3) / self._motion.length_s
@@ -165,9 +153,7 @@ def _per_axis(block: Array) -> Array:
     return whole.reshape(3 * k, 3 * k)
 
 
-def _still(motion: ProcessNoiseMotion | ColouredMotion) -> list[float]:
+def _still(motion: ColouredMotion) -> list[float]:
     """Stationary variances of the wobble and its rate."""
-    if not isinstance(motion, ColouredMotion):
-        return []
     sigma, decay = motion.sigma_m, math.sqrt(3) / motion.length_s
     return [sigma**2, (decay * sigma) ** 2]

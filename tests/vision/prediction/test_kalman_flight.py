@@ -1,10 +1,10 @@
-"""The estimator of a ball whose flight is disturbed: by process noise, or by a wobble of some colour."""
+"""The estimator of a ball whose flight is disturbed: by a wobble of some colour, beside process noise."""
 
 import numpy as np
 import pytest
 
 from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
-from kendama_cli.vision.settings import ColouredMotion, ProcessNoiseMotion
+from kendama_cli.vision.settings import ColouredMotion
 from tests.vision.scenes import stereo
 from tests.vision.seen_flight import (
     CROSSING_M,
@@ -18,7 +18,7 @@ from tests.vision.seen_flight import (
     stamps,
 )
 
-PROCESS = ProcessNoiseMotion("process_noise", 0.05)
+PROCESS = ColouredMotion("coloured", 1e-9, 0.15, 0.05)
 COLOURED = ColouredMotion("coloured", 4e-3, 0.15, 0.0)
 SEEN = np.arange(0.0, 0.2, 1 / 300)
 
@@ -26,7 +26,7 @@ SEEN = np.arange(0.0, 0.2, 1 / 300)
 def disturbed(motion, rng, sigma_m=2e-4):
     """Marker positions of a disturbed flight, 300 Hz, and where and when it truly crosses."""
     t = np.arange(0.0, CROSSING_S + 0.1, 1 / 300)
-    if isinstance(motion, ProcessNoiseMotion):
+    if motion.intensity_m2_s3 > 0:
         kicks = np.sqrt(motion.intensity_m2_s3 / 300) * rng.standard_normal((len(t), 3))
         off = np.cumsum(np.cumsum(kicks, axis=0), axis=0) / 300
     else:
