@@ -112,7 +112,7 @@ def test_an_interpolation_that_could_give_anything_is_refused_in_one_line(captur
 
 
 @pytest.mark.usefixtures("capture", "settled", "remembering")
-def test_no_byte_of_a_kept_composition_can_change_unseen(composings: list[Any]) -> None:
+def test_no_byte_of_a_stored_composition_can_change_unseen(composings: list[Any]) -> None:
     site = find_site()
     answer = composed(site, ["seed=4"])
     whole = index(site).read_bytes()

@@ -99,7 +99,7 @@ def test_what_the_command_line_says_itself_holds(site: Site, override: str, key:
     assert node == value
 
 
-def test_a_changed_setup_is_seen_though_the_composition_was_kept(site: Site) -> None:
+def test_a_changed_setup_is_seen_though_the_composition_was_stored(site: Site) -> None:
     assert composed(site, ["setup=setup.yaml"])["game"]["rope"]["length_m"] == 0.4123
     changed = MEASURED | {"rope_m": {"value": 0.39, "sigma": 0.001, "source": "a ruler"}}
     Path("setup.yaml").write_text(yaml.safe_dump(changed))

@@ -84,7 +84,7 @@ def test_names_change_and_all_else_stays(here, capsys, name, before, after):
     assert ("it has no name that changed" in out) is (before == after)
 
 
-def test_each_name_is_told(here, capsys):
+def test_each_name_is_reported(here, capsys):
     Path("one.yaml").write_text("learn: {count: {cap: 3}}\n")
     _, out, _ = kendama(capsys, "config", "--migrate", "one.yaml")
     assert out == "cap -> max_rollouts\none.yaml: 1 names rewritten\n"

@@ -39,7 +39,7 @@ def test_the_shipped_arm_can_do_what_hard_asks_for() -> None:
     assert ADAPT.uncertainty.min_reach_m == 0.1
 
 
-def test_eyes_that_are_too_late_are_named() -> None:
+def test_a_sensor_that_is_too_late_is_named() -> None:
     assert lacking_reach(swing().cup, FLIGHT_S, wanting(0.1, latency_s=0.25)) == (
         "the ball flies 0.30 s, and 0.05 s of onset, 0.25 s of latency and 0.03 s of lag leave pa10 no time to go to "
         "it (mine asks for 100 mm): lower adapt.sensor_model.latency_s, or choose adapt/uncertainty=identified"
@@ -55,7 +55,7 @@ def test_an_acceleration_that_is_too_small_is_named_with_what_it_gives() -> None
     )
 
 
-def test_a_place_out_of_reach_is_named() -> None:
+def test_a_position_out_of_reach_is_named() -> None:
     settings = wanting(3.0, acceleration_m_s2=1e4, max_shift_m=4.0)
     arm = swing().cup.arm
     swift = dataclasses.replace(arm.limits, acceleration_rad_s2=1e6 * arm.limits.acceleration_rad_s2)
@@ -70,7 +70,7 @@ def test_a_reach_beyond_the_largest_shift_names_that_setting() -> None:
     assert str(lacks).startswith("adapt.correction.max_shift_m is 0.3 m (mine asks for 400 mm): raise it")
 
 
-def test_a_stop_that_is_met_only_on_the_way_is_no_reach() -> None:
+def test_a_stop_that_is_met_only_on_the_path_is_no_reach() -> None:
     """The plan keeps off the first joint's stop by a milliradian; 100 mm beside it the joint would pass it."""
     made = swing()
     stop = np.array(made.arm.limits.upper_rad)

@@ -73,7 +73,7 @@ def test_the_cup_meets_the_ball_where_and_when_it_comes_down_upright(beside_m: t
     assert np.linalg.norm(motion.shift_m - beside_m) < 0.05
 
 
-def test_a_late_drive_is_told_earlier() -> None:
+def test_a_late_drive_is_commanded_earlier() -> None:
     pose, late = ball((0.08, 0.0)), 5
     motion = CorrectedMotion(swing().cup, ADAPT.correction, RIM_M)
     commands = [motion.last]

@@ -161,5 +161,5 @@ def test_the_crossing_of_a_noisy_flight_is_known_better_than_one_reading() -> No
     assert np.sqrt(np.mean(np.square(misses))) < 0.002, "measured 1.0 mm; a single reading is 2.8 mm off"
 
 
-def test_tempos_go_outward_from_the_planned_one() -> None:
+def test_taus_go_outward_from_the_planned_one() -> None:
     assert tau_scales_to_try(0.01, 5) == pytest.approx((1.0, 1.01, 0.99, 1.02, 0.98))

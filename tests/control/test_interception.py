@@ -25,7 +25,7 @@ def driven(v: float, way: float, wanted: float, left: float, limit: float) -> tu
     return place, float(speed[-1]), float(np.abs(a).max())
 
 
-def test_with_room_enough_place_and_speed_are_both_met() -> None:
+def test_with_room_enough_position_and_speed_are_both_met() -> None:
     place, speed, peak = driven(0.3, 0.15, -0.5, 0.4, 20.0)
     assert place == pytest.approx(0.15, abs=1e-6)
     assert speed == pytest.approx(-0.5, abs=1e-6)
@@ -33,7 +33,7 @@ def test_with_room_enough_place_and_speed_are_both_met() -> None:
 
 
 @given(st.floats(-1.5, 1.5), st.floats(-0.25, 0.25), st.floats(-2, 2))
-def test_the_place_comes_before_the_speed(v: float, way: float, wanted: float) -> None:
+def test_the_position_comes_before_the_speed(v: float, way: float, wanted: float) -> None:
     left, limit = 0.35, 25.0
     place, _, peak = driven(v, v * left + way, wanted, left, limit)
     assert peak <= limit + 1e-9

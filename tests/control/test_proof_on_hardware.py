@@ -24,7 +24,7 @@ GAME = build(GameSettings, plain("game", "kendama"), "game")
 
 
 @pytest.mark.parametrize(("misses", "wins", "proof"), [(0, 80, 0), (3, 80, 3), (3, 79, 200)])
-def test_the_rollouts_before_eighty_in_a_row_are_told(misses: int, wins: int, proof: int) -> None:
+def test_the_rollouts_before_eighty_in_a_row_are_reported(misses: int, wins: int, proof: int) -> None:
     settings = dataclasses.replace(TRANSFER, solved_streak=80, max_rollouts=200)
     progress = Progress.resumed(None, begin_learner(LEARN).policy, LEARN, settings, np.random.default_rng(0))
     learner = progress.learner()
@@ -36,7 +36,7 @@ def test_the_rollouts_before_eighty_in_a_row_are_told(misses: int, wins: int, pr
     assert progress.frozen("table") is (wins == 80)
 
 
-def test_learning_that_ends_at_ten_in_a_row_tells_of_no_proof() -> None:
+def test_learning_that_ends_at_ten_in_a_row_reports_no_proof() -> None:
     settings = dataclasses.replace(TRANSFER, solved_streak=10)
     progress = Progress.resumed(None, begin_learner(LEARN).policy, LEARN, settings, np.random.default_rng(0))
     assert progress.solved() is None
@@ -45,7 +45,7 @@ def test_learning_that_ends_at_ten_in_a_row_tells_of_no_proof() -> None:
 @pytest.mark.parametrize(
     ("wins", "before", "after", "back"), [(10, 6, 3, True), (10, 3, 6, False), (10, 5, 5, False), (80, 6, 5, False)]
 )
-def test_what_learning_made_worse_is_not_kept_unless_it_is_proven(
+def test_what_learning_made_worse_is_not_stored_unless_it_is_proven(
     wins: int, before: int, after: int, back: bool
 ) -> None:
     settings = dataclasses.replace(TRANSFER, solved_streak=80, max_rollouts=200)

@@ -58,7 +58,7 @@ def test_a_seen_catch_that_has_no_room_at_all_is_refused_before_anything_moves()
         held_m(dataclasses.replace(SAFETY, cup_high_m=(SAFETY.cup_high_m[0], high, SAFETY.cup_high_m[2])))
 
 
-def test_a_tempo_beyond_the_limits_is_passed_over() -> None:
+def test_a_tau_beyond_the_limits_is_passed_over() -> None:
     """Played in 0.97 of its time a motion needs 1/0.97 of its speeds and 1/0.97^2 of its accelerations."""
     made = swing()
     speed = np.abs(made.joints.velocity_rad_s).max(axis=0) / made.arm.limits.velocity_rad_s

@@ -41,7 +41,7 @@ def test_what_three_times_the_air_spoils_is_caught_when_the_ball_is_tracked() ->
     assert played(seen=True)[0].caught(made.arm, game)
 
 
-def test_free_flight_is_found_in_the_tracked_places_alone() -> None:
+def test_free_flight_is_found_in_the_tracked_positions_alone() -> None:
     """The ball is then beside the cup or above it, and rises."""
     caught, observed = played(seen=True)
     assert observed.free_s is not None

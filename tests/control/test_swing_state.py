@@ -55,7 +55,7 @@ def test_a_driven_swing_is_followed_without_lag(samples: int) -> None:
             assert state.rate_rad_s == pytest.approx(rate, abs=0.02)
 
 
-def test_an_acceleration_that_nobody_told_of_shifts_the_rate_by_half_of_what_it_adds_in_the_window() -> None:
+def test_an_acceleration_that_nobody_reported_shifts_the_rate_by_half_of_what_it_adds_in_the_window() -> None:
     n, unmodelled = 10, 3.0
     estimator = make_estimator(n, gravity_m_s2=0.0)
     for k in range(40):

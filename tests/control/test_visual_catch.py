@@ -40,7 +40,7 @@ def test_what_the_plan_misses_far_is_caught_when_it_is_seen() -> None:
     assert abs(seen.signed_miss_m or 1.0) < 0.02
 
 
-def test_eyes_that_are_never_believed_change_nothing() -> None:
+def test_a_sensor_that_is_never_trusted_changes_nothing() -> None:
     blind, as_planned = rollout(seen=True, max_sigma_m=1e-9), rollout(seen=False)
     assert blind.trace is not None
     assert as_planned.trace is not None

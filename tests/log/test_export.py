@@ -69,7 +69,7 @@ def test_the_same_log_gives_the_same_bytes(tmp_path, log_file):
         assert first == second
 
 
-def test_an_unknown_suffix_an_absent_topic_and_a_full_place_are_told(tmp_path, log_file):
+def test_an_unknown_suffix_an_absent_topic_and_a_full_place_are_reported(tmp_path, log_file):
     with pytest.raises(UsageError, match=r"the suffix '.xlsx' is unknown; use .parquet, .csv, or a folder"):
         export(log_file, tmp_path / "out.xlsx")
     with pytest.raises(InputError, match="it has no topic '/cup'"):

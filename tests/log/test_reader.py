@@ -46,7 +46,7 @@ def test_values_come_back_to_the_bit(log_file):
     assert log.table("/learn/table")["values"].tolist() == [[0.0, 1.0, 2.0, 3.0]]
 
 
-def test_describe_tells_channels_counts_times_and_stage(log_file):
+def test_describe_reports_channels_counts_times_and_stage(log_file):
     facts = describe(log_file)
     assert facts["stage"] == "adapt"
     assert facts["metrics"] == {"caught": True}
@@ -95,7 +95,7 @@ def test_every_truncation_is_found_and_says_what_is_whole(tmp_path):
         assert "\n" not in str(caught.value)
 
 
-def test_a_truncated_log_tells_how_many_messages_are_whole(tmp_path):
+def test_a_truncated_log_says_how_many_messages_are_whole(tmp_path):
     path = tmp_path / "log.mcap"
     filled(20_000).finish(path, stage="adapt", settings={}, metrics={})
     path.write_bytes(path.read_bytes()[:-400_000])
@@ -105,7 +105,7 @@ def test_a_truncated_log_tells_how_many_messages_are_whole(tmp_path):
         LogFile(path)
 
 
-def test_a_flipped_byte_tells_where(tmp_path):
+def test_a_flipped_byte_says_where(tmp_path):
     path = tmp_path / "log.mcap"
     filled(20_000).finish(path, stage="adapt", settings={}, metrics={})
     broken = bytearray(path.read_bytes())

@@ -97,7 +97,7 @@ def test_the_memory_that_a_log_takes_does_not_grow_with_it(tmp_path):
     assert grown_mb < 100
 
 
-def test_the_reference_reader_finds_its_way_by_summary_and_index(log_file):
+def test_the_reference_reader_finds_messages_by_summary_and_index(log_file):
     with log_file.open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
         summary = reader.get_summary()

@@ -98,7 +98,7 @@ def test_a_users_file_with_a_librarys_name_is_not_imported_by_the_worker(toy: To
         ("stages: {roll: {stage: toy_roll, config: [learn, seed]}}\n", "does not take the nodes that its pipeline"),
     ],
 )
-def test_a_pipeline_that_does_not_fit_its_stage_is_told_as_such(
+def test_a_pipeline_that_does_not_fit_its_stage_is_reported_as_such(
     toy_beside_ours: ToyProject, text: str, message: str
 ) -> None:
     (toy_beside_ours.folder / "pipelines/odd.yaml").write_text(text)

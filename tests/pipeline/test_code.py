@@ -112,7 +112,7 @@ def test_a_strangers_module_counts_but_for_comments_and_blank_lines(
         ("try:\n    import PKGnowhere\nexcept ValueError:\n    pass\n", "(line 2) imports 'PKGnowhere'"),
     ],
 )
-def test_an_import_that_cannot_be_followed_is_told(read: Read, stage: str, unknown: str) -> None:
+def test_an_import_that_cannot_be_followed_is_reported(read: Read, stage: str, unknown: str) -> None:
     (told,) = read({"PKG/__init__.py": "", "PKG/stage.py": stage}).unknown
     assert ".stage (line" in told
     assert unknown.partition(" ")[0] in told

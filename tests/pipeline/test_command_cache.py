@@ -114,7 +114,7 @@ CHANGES: list[tuple[str, Callable[[ToyProject], None], list[str]]] = [
 ]
 
 
-def test_every_change_is_seen_and_leads_to_the_full_way_once(idle: ToyProject) -> None:
+def test_every_change_is_seen_and_leads_to_the_full_path_once(idle: ToyProject) -> None:
     for what, change, expected in CHANGES:
         quick, document, _ = run(idle)
         assert quick, f"before {what}"
@@ -128,7 +128,7 @@ def test_every_change_is_seen_and_leads_to_the_full_way_once(idle: ToyProject) -
         run(idle)
 
 
-def test_the_quick_way_prints_and_records_what_the_full_way_does(idle: ToyProject) -> None:
+def test_the_quick_path_prints_and_records_what_the_full_path_does(idle: ToyProject) -> None:
     quick, document, printed = run(idle)
     assert quick
     full, planned, printed_in_full = run(idle, "--until", "total")  # the same stages, asked in other words
@@ -191,7 +191,7 @@ def test_another_folder_variable_or_option_is_another_question(idle: ToyProject,
 
 
 @pytest.mark.slow
-def test_a_forced_run_is_forced_every_time_and_one_that_asks_the_environment_is_told_its_answers_apart(
+def test_a_forced_run_is_forced_every_time_and_one_that_asks_the_environment_gets_its_own_answers(
     idle: ToyProject,
 ) -> None:
     replace("conf/toy/default.yaml", "steps: 20", "steps: ${oc.decode:${oc.env:STEPS}}")(idle)

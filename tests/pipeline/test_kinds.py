@@ -86,7 +86,7 @@ def test_what_live_cameras_show_is_recorded_and_what_is_rendered_or_replayed_is_
         planner(tmp_path, "camera=device")
 
 
-def test_a_recording_that_is_kept_says_how_it_is_recorded_anew(tmp_path: Path) -> None:
+def test_a_recording_that_is_stored_says_how_it_is_recorded_anew(tmp_path: Path) -> None:
     asked = planner(tmp_path, "capture=mocap")
     (waiting, *_) = asked.plan()
     assert waiting.key is not None

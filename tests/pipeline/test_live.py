@@ -140,7 +140,7 @@ def test_only_who_has_the_token_is_served_and_the_last_state_is_waited_for(runni
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="needs the program chromium (Debian: apt-get install chromium)")
-def test_a_browser_shows_what_is_logged_while_the_run_goes_on(running: Running, tmp_path: Path) -> None:
+def test_a_browser_shows_what_is_logged_while_the_run_continues(running: Running, tmp_path: Path) -> None:
     shown = "(document.querySelector('[data-part=chapters] iframe')?.contentDocument?.body?.textContent ?? '')"
     with browser(tmp_path / "profile") as chromium:
         with LivePage(listen("127.0.0.1", 0), running.status, running.planner) as page:
@@ -158,7 +158,7 @@ def test_a_browser_shows_what_is_logged_while_the_run_goes_on(running: Running, 
         assert tab.said == []
 
 
-def test_a_run_is_the_same_with_its_page_and_tells_the_address(toy: ToyProject, tmp_path: Path) -> None:
+def test_a_run_is_the_same_with_its_page_and_reports_the_address(toy: ToyProject, tmp_path: Path) -> None:
     done = toy.kendama("run", "-p", "toy", "--json", "--watch", "--no-show")
     assert re.search(r"^watch the run: http://127\.0\.0\.1:\d+/\?token=\S{20,}$", done.stderr, re.MULTILINE)
     alone = ToyProject(tmp_path / "alone", alone=True).run_json()

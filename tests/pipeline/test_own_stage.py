@@ -55,7 +55,7 @@ def test_a_stage_that_stopped_early_keeps_what_it_has_and_ends_with_an_error(toy
     assert made["stages"][0]["status"] == "cached"
 
 
-def test_an_artifact_of_fields_that_cannot_be_kept_is_refused_before_the_stage_runs(toy: ToyProject) -> None:
+def test_an_artifact_of_fields_that_cannot_be_stored_is_refused_before_the_stage_runs(toy: ToyProject) -> None:
     artifact = toy.folder / "lib/toy/roll/artifact.py"
     artifact.write_text(artifact.read_text().replace("names: tuple[str, ...]", "names: list[str]"))
     document = toy.run_json(f"toy.count_file={toy.folder}/count", expect=1)
@@ -77,7 +77,7 @@ def test_an_artifact_of_fields_that_cannot_be_kept_is_refused_before_the_stage_r
         ("", "has no &#x27;figures&#x27;"),
     ],
 )
-def test_where_a_chapter_cannot_be_drawn_the_page_says_so_and_goes_on(toy: ToyProject, text: str, says: str) -> None:
+def test_where_a_chapter_cannot_be_drawn_the_page_says_so_and_continues(toy: ToyProject, text: str, says: str) -> None:
     toy.run_json()
     (toy.folder / "lib/toy/roll/chapter.py").write_text(text)
     shown = page(toy)

@@ -82,7 +82,7 @@ def test_a_request_for_very_many_files_reaches_the_workers_of_a_sweep(toy: ToyPr
 
 
 @pytest.mark.parametrize("command", ["run", "sweep"])
-def test_a_worker_that_dies_while_it_imports_tells_its_last_line(toy: ToyProject, command: str) -> None:
+def test_a_worker_that_dies_while_it_imports_reports_its_last_line(toy: ToyProject, command: str) -> None:
     stage = toy.folder / "lib/toy/roll/stage.py"
     broken = "import sys\nprint('numpy.core.multiarray failed to import', file=sys.stderr)\nsys.stderr.flush()\n"
     stage.write_text(f"{broken}import os\nos._exit(3)\n")
@@ -94,7 +94,7 @@ def test_a_sweep_over_a_key_that_the_pipeline_does_not_read_is_one_run(toy_besid
     assert len(sweep(toy_beside_ours, "learn.alpha=0.1,0.2")) == 1
 
 
-def test_a_wrong_value_is_told_before_anything_runs(toy: ToyProject) -> None:
+def test_a_wrong_value_is_reported_before_anything_runs(toy: ToyProject) -> None:
     done = toy.kendama("sweep", "-p", "toy", "toy.steps=2,0", expect=2)
     assert done.stderr == "kendama: 'toy.steps' is 0; allowed: at least 1\n"
     assert not (toy.home / "runs").exists()
@@ -124,7 +124,7 @@ def test_kill_9_of_a_sweep_leaves_nothing_running_and_the_next_does_what_is_miss
     assert [artifact_bytes(run) for run in runs] == [artifact_bytes(run) for run in alone]
 
 
-def test_a_killed_fork_server_fails_one_job_at_most_and_the_sweep_goes_on(toy: ToyProject) -> None:
+def test_a_killed_fork_server_fails_one_job_at_most_and_the_sweep_continues(toy: ToyProject) -> None:
     process = toy.start(
         "sweep", "-p", "toy", "-j", "1", "--json", "seed=range(0,4)", "toy.steps=10", "toy.pause_s=0.05"
     )

@@ -43,7 +43,7 @@ def test_another_camera_paint_or_light_has_its_own(change: dict[str, object]) ->
         assert np.array_equal(getattr(kept, name), getattr(fresh, name)), name
 
 
-def test_a_picture_on_the_wall_that_was_changed_is_seen(tmp_path) -> None:
+def test_a_image_on_the_wall_that_was_changed_is_seen(tmp_path) -> None:
     look = dataclasses.replace(LOOK, wall_image=str(tmp_path / "wall.png"))
     seen = []
     for grey in (20, 200):

@@ -71,7 +71,7 @@ def test_halved_colours_keep_the_brightness():
     assert np.abs(raw - sent).max() > 20  # a red ball's edge smears
 
 
-def test_the_gain_drifts_as_told():
+def test_the_gain_drifts_as_set():
     drift = {"gain_drift": 0.5, "gain_drift_hz": 0.25, "gamma": 1.0}
     least, most = (seen(sensor=drift, t_s=t_s)[:8, :8].mean() for t_s in (3.0, 1.0))
     assert most / least == pytest.approx(3.0, rel=0.02)
@@ -97,7 +97,7 @@ def test_a_ball_shows_its_pattern_and_turns():
     assert max(turning) - min(turning) > 0.5
 
 
-def test_a_picture_hangs_on_the_wall(tmp_path):
+def test_a_image_hangs_on_the_wall(tmp_path):
     picture = np.zeros((100, 300, 3), dtype=np.uint8)
     picture[:, 150:] = (0, 255, 0)
     cv2.imwrite(str(tmp_path / "wall.png"), picture)

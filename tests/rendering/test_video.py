@@ -65,7 +65,7 @@ def _ball(image: np.ndarray) -> tuple[int, float]:
     return len(columns), float(columns.mean())
 
 
-def test_the_pictures_show_ball_cup_and_arm_where_they_are() -> None:
+def test_the_images_show_ball_cup_and_arm_where_they_are() -> None:
     """The ball's disc has pi (f R / depth)^2 pixels; its rim mixes with what is behind it, and is not all counted."""
     maker = VideoMaker(_motion(1.0), GAME)
     for t_s in (0.1, 0.9):
@@ -83,7 +83,7 @@ def test_the_pictures_show_ball_cup_and_arm_where_they_are() -> None:
     assert (first.min(axis=-1) > 225).mean() > 0.5  # light paper behind it all
 
 
-def test_a_picture_is_the_same_whatever_was_pictured_before() -> None:
+def test_a_image_is_the_same_whatever_was_rendered_before() -> None:
     one, another = VideoMaker(_motion(1.0), GAME), VideoMaker(_motion(1.0), GAME)
     one.image(0.1, 1.0)
     np.testing.assert_array_equal(one.image(0.9, 1.0), another.image(0.9, 1.0))
@@ -123,14 +123,14 @@ def test_without_its_extra_an_mp4_says_what_to_install(tmp_path: Path, monkeypat
         ("folder.webm", r"folder.webm: it is a folder; name a file"),
     ],
 )
-def test_a_place_where_no_video_can_be_is_told_in_one_line(tmp_path: Path, name: str, said: str) -> None:
+def test_a_place_where_no_video_can_be_is_reported_in_one_line(tmp_path: Path, name: str, said: str) -> None:
     (tmp_path / "folder.webm").mkdir()
     with pytest.raises(InputError, match=said) as caught:
         check_video_name(tmp_path / name)
     assert "\n" not in str(caught.value)
 
 
-def test_a_folder_that_may_not_be_written_is_told_before_anything_is_rendered(tmp_path: Path, monkeypatch) -> None:
+def test_a_folder_that_may_not_be_written_is_reported_before_anything_is_rendered(tmp_path: Path, monkeypatch) -> None:
     def refused(self: Path, **how: object) -> None:
         raise PermissionError(13, "Permission denied", str(self))
 
@@ -140,7 +140,7 @@ def test_a_folder_that_may_not_be_written_is_told_before_anything_is_rendered(tm
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_run_whose_logs_move_nothing_is_told_in_one_line(tmp_path: Path) -> None:
+def test_a_run_whose_logs_move_nothing_is_reported_in_one_line(tmp_path: Path) -> None:
     record = {"run": "00007-abc", "stages": [{"name": "encode", "artifact": None}]}
     with pytest.raises(InputError, match="run 00007-abc: no log of it moves a cup and a ball; render a run of adapt"):
         video_of_run([record], tmp_path / "catch.webm")

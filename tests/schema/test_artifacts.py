@@ -215,7 +215,7 @@ class Within:
         ("Within", "whose field 'one.*' is declared Melting; an artifact holds"),
     ],
 )
-def test_what_cannot_be_kept_is_refused_when_it_is_declared(name: str, says: str) -> None:
+def test_what_cannot_be_stored_is_refused_when_it_is_declared(name: str, says: str) -> None:
     with pytest.raises(StageError) as caught:
         artifact_type(f"{__name__}:{name}", "stage 'toy'")
     assert says in str(caught.value)

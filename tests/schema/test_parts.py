@@ -40,7 +40,7 @@ def missing(what: str) -> str:
     return f"{what} comes with the part sundries, which this installation lacks; install the whole of kendama-cli"
 
 
-def test_a_kind_of_a_part_is_told() -> None:
+def test_a_kind_of_a_part_is_reported() -> None:
     with pytest.raises(MissingPartError) as told:
         build_value(ExecutorSettings, {"kind": "abacus"}, "executor")
     assert str(told.value) == missing("executor=abacus")
@@ -48,7 +48,7 @@ def test_a_kind_of_a_part_is_told() -> None:
         build_value(ExecutorSettings, {"kind": "abacs"}, "executor")
 
 
-def test_a_store_of_a_part_is_told() -> None:
+def test_a_store_of_a_part_is_reported() -> None:
     values: dict[str, Any] = {"endpoint": None, "timeout_s": 1.0}
     with pytest.raises(MissingPartError) as told:
         build(StoreSettings, {"remote": "drawer://left", **values}, "store")
@@ -57,7 +57,7 @@ def test_a_store_of_a_part_is_told() -> None:
         build(StoreSettings, {"remote": "chest://left", **values}, "store")
 
 
-def test_an_export_of_a_part_is_told() -> None:
+def test_an_export_of_a_part_is_reported() -> None:
     with pytest.raises(MissingPartError) as told:
         exporter("stone")
     assert str(told.value) == missing("--format stone")
@@ -65,7 +65,7 @@ def test_an_export_of_a_part_is_told() -> None:
         exporter("tabl")
 
 
-def test_a_stage_of_a_part_is_told(tmp_path: Path) -> None:
+def test_a_stage_of_a_part_is_reported(tmp_path: Path) -> None:
     pipeline = tmp_path / "mine.yaml"
     pipeline.write_text("stages: {nap: {}}\n")
     with pytest.raises(MissingPartError) as told:
@@ -83,7 +83,7 @@ def test_a_node_of_a_part_is_left_out_until_something_needs_it() -> None:
         build_settings({"seed": 3, "sundial": {}})
 
 
-def test_a_suite_of_a_part_is_told_and_an_unknown_one_refused() -> None:
+def test_a_suite_of_a_part_is_reported_and_an_unknown_one_refused() -> None:
     with pytest.raises(MissingPartError) as told:
         suite_file("hourglass")
     assert str(told.value) == missing("--suite hourglass")

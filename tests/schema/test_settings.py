@@ -96,7 +96,7 @@ def test_what_does_not_fit_is_named_with_what_is_allowed(change: dict[str, Any],
     assert message in str(caught.value)
 
 
-def test_a_missing_key_tells_what_it_means() -> None:
+def test_a_missing_key_says_what_it_means() -> None:
     with pytest.raises(ConfigError, match=r"missing key 'outer.name': what it is called"):
         build(Outer, {key: value for key, value in GOOD.items() if key != "name"}, "outer")
 

@@ -194,7 +194,7 @@ def test_a_log_that_is_none_is_no_log_of_another_format(tmp_path: Path) -> None:
         LogFile(tmp_path / "a.mcap")
 
 
-def test_a_record_where_kendama_kept_it_until_0_2_is_refused_with_both_places_named(tmp_path: Path) -> None:
+def test_a_record_where_kendama_stored_it_until_0_2_is_refused_with_both_places_named(tmp_path: Path) -> None:
     store = filled(tmp_path)
     before = tmp_path / "runs/00001-abcdef/run.json"
     before.parent.mkdir()

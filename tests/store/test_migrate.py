@@ -164,7 +164,7 @@ def test_a_field_of_an_artifact_that_has_another_name_keeps_its_array(tmp_path):
         assert np.array_equal(arrays["max_speed_rad_s"], fastest)
 
 
-def test_a_home_is_left_alone_while_a_run_goes_on(old, capsys):
+def test_a_home_is_left_alone_while_a_run_continues(old, capsys):
     with Store(old).in_use():
         code, _, err = told(capsys, "cache", "migrate")
     assert code == 1

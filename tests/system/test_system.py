@@ -160,7 +160,7 @@ def test_a_process_ends_with_its_parent(module: str, tmp_path: Path) -> None:
     assert within(20, ended.exists), "the child goes on"
 
 
-def test_only_linux_hands_a_lock_on_to_children(tmp_path: Path) -> None:
+def test_only_linux_passes_a_lock_on_to_children(tmp_path: Path) -> None:
     ours, portable = Linux().try_lock(tmp_path / "a"), Portable().try_lock(tmp_path / "b")
     assert ours is not None
     assert portable is not None

@@ -89,7 +89,7 @@ def test_a_ball_that_leaves_the_image_is_still_predicted():
     assert not made.lost
 
 
-def test_another_ball_in_the_picture_is_refused_by_the_prediction():
+def test_another_ball_in_the_image_is_refused_by_the_prediction():
     _, release = flight(55)
     alone, beside = tracker(), tracker()
     end_s = 0.7 * release.crossing_s
@@ -103,7 +103,7 @@ def test_another_ball_in_the_picture_is_refused_by_the_prediction():
     assert np.array_equal(poses[-1][1].position_m, alone.estimator.catch().position_m)
 
 
-def test_a_ball_that_does_something_else_altogether_is_told_as_lost_and_followed_anew():
+def test_a_ball_that_does_something_else_altogether_is_reported_as_lost_and_followed_anew():
     rng, release = flight(56)
     made = tracker(onset=False)
     fly(made, release, rng, 0.0, 0.5 * release.crossing_s)

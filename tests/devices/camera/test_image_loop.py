@@ -90,7 +90,7 @@ def test_a_frame_that_is_shown_again_is_taken_once() -> None:
     assert [len(looping.take()) for _ in range(3)] == [1, 0, 1]
 
 
-def test_a_moment_waits_for_the_other_camera_and_counts_at_the_time_of_the_balls_row() -> None:
+def test_a_time_step_waits_for_the_other_camera_and_counts_at_the_time_of_the_balls_row() -> None:
     tracker = ScriptedTracker()
     looping = loop(tracker, ScriptedCamera("left", [0.01, 0.01]), ScriptedCamera("right", [0.0, 0.01]))
     looping.feed(looping.take(), 0.012, tie_m)
@@ -103,7 +103,7 @@ def test_a_moment_waits_for_the_other_camera_and_counts_at_the_time_of_the_balls
     assert tie == pytest.approx([t_s, 0.0, 0.0])
 
 
-def test_a_moment_that_one_camera_has_missed_is_taken_without_it_once_it_is_late() -> None:
+def test_a_time_step_that_one_camera_has_missed_is_used_without_it_once_it_is_late() -> None:
     tracker = ScriptedTracker()
     looping = loop(tracker, ScriptedCamera("left", [0.01]), ScriptedCamera("right", [0.0]))
     images = looping.take()

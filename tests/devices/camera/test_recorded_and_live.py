@@ -97,7 +97,7 @@ def test_after_the_recordings_end_frames_grow_stale(tmp_path):
         (["file,t_s", "000.png,0", "times.csv,1"], r"times\.csv, row 3: it is not an image that OpenCV can read"),
     ],
 )
-def test_a_wrong_list_of_images_is_told_in_one_line(tmp_path, rows, message):
+def test_a_wrong_list_of_images_is_reported_in_one_line(tmp_path, rows, message):
     clock = Clock()
     path = images(tmp_path, n=2, rows=rows)
     clock.t_s = 5.0
@@ -106,7 +106,7 @@ def test_a_wrong_list_of_images_is_told_in_one_line(tmp_path, rows, message):
     assert "\n" not in str(caught.value)
 
 
-def test_a_binary_list_of_images_is_told_in_one_line(tmp_path):
+def test_a_binary_list_of_images_is_reported_in_one_line(tmp_path):
     path = tmp_path / "times.csv"
     path.write_bytes(bytes(range(256)) * 8)
     with pytest.raises(InputError, match=r"it cannot be read as a list of images|it has no column") as caught:
@@ -114,14 +114,14 @@ def test_a_binary_list_of_images_is_told_in_one_line(tmp_path):
     assert "\n" not in str(caught.value)
 
 
-def test_a_corrupt_video_is_told_in_one_line(tmp_path):
+def test_a_corrupt_video_is_reported_in_one_line(tmp_path):
     path = tmp_path / "rubbish.mp4"
     path.write_bytes(np.random.default_rng(0).bytes(5000))
     with pytest.raises(InputError, match=r"rubbish\.mp4: OpenCV cannot read it as a video; convert it"):
         FileCameraBlock(MODEL, str(path), clock=Clock())
 
 
-def test_a_video_that_was_cut_short_is_told_where_it_breaks_off(tmp_path):
+def test_a_video_that_was_cut_short_is_reported_where_it_breaks_off(tmp_path):
     path, clock = tmp_path / "flight.avi", Clock()
     name = video(path, n=60)
     path.write_bytes(path.read_bytes()[: path.stat().st_size * 6 // 10])
@@ -223,7 +223,7 @@ def test_two_cameras_of_one_name_or_no_camera_are_refused():
         open_cameras(file_settings(cameras=[]), Clock(), None)
 
 
-def test_a_pose_is_told_once_and_only_once():
+def test_a_pose_is_reported_once_and_only_once():
     one = plain("camera", "file")["cameras"][0]
     with pytest.raises(ConfigError, match=r"'look_at_m' or 'rotation_wxyz' must give|look_at_m"):
         file_settings(cameras=[one | {"rotation_wxyz": [1, 0, 0, 0]}])

@@ -44,7 +44,7 @@ def faults(path):
     return list(video_faults(film, film.times_s()))
 
 
-def test_a_whole_film_has_no_faults(avi, mp4):
+def test_a_whole_video_has_no_faults(avi, mp4):
     assert faults(avi) == faults(mp4) == []
     facts = read_avi(avi)
     assert (facts.rate_hz, facts.frames, facts.damaged_byte) == (RATE_HZ, FRAMES, None)
@@ -70,7 +70,7 @@ def test_an_avi_ends_where_it_is_damaged(avi, what):
     assert np.allclose(VideoFile(avi).times_s(), np.arange(11) / RATE_HZ, atol=1e-6)
 
 
-def test_a_film_that_is_cut_off_is_told_and_its_first_part_used(avi, mp4):
+def test_a_video_that_is_cut_off_is_reported_and_its_first_part_used(avi, mp4):
     avi.write_bytes(avi.read_bytes()[: avi.stat().st_size // 2])
     (line,) = faults(avi)
     assert f" of its {FRAMES} frames can be read: it is cut off or damaged; copy it again" in line
@@ -88,7 +88,7 @@ def test_an_avi_without_a_frame_rate_is_refused(avi, scale, rate, told):
         VideoFile(avi)
 
 
-def test_frames_that_are_not_evenly_spaced_are_told(mp4):
+def test_frames_that_are_not_evenly_spaced_are_reported(mp4):
     times_s = np.delete(np.arange(FRAMES) / RATE_HZ, [5, 12, 13])
     (line,) = [one for one in video_faults(VideoFile(mp4), times_s) if "evenly" in one]
     assert "its frames are not evenly spaced (33.3 ms, but 2 gaps of up to 100 ms): each has its own time" in line
@@ -105,7 +105,7 @@ def turn_on_its_side(path):
     turn(path, 0, 1, -1, 0)
 
 
-def test_a_film_that_its_metadata_turns_is_turned_and_says_so(mp4):
+def test_a_video_that_its_metadata_rotates_is_rotated_and_says_so(mp4):
     assert (VideoFile(mp4).turned_deg, VideoFile(mp4).width_px) == (0, 320)
     turn_on_its_side(mp4)
     film = VideoFile(mp4)
@@ -123,7 +123,7 @@ UNMIRRORED = {  # the matrix (a, b, c, d) of x' = a x + c y, y' = b x + d y, and
 
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("name", UNMIRRORED)
-def test_each_of_eight_matrices_shows_the_film_upright_as_the_lens_saw_it(mp4, name, mirrored):
+def test_each_of_eight_matrices_shows_the_video_upright_as_the_lens_saw_it(mp4, name, mirrored):
     taken = next(VideoFile(mp4).frames())[1]
     (a, b, c, d), quarters = UNMIRRORED[name]
     if mirrored:  # first flipped from left to right: x' = -a x + c y
@@ -148,7 +148,7 @@ def trimmed(path, frames):
     changed(path, place, struct.pack(">Ii", round(ticks_per_s * frames / RATE_HZ), begun))
 
 
-def test_a_trimmed_film_is_read_as_far_as_it_is_shown_and_is_not_damaged(mp4):
+def test_a_trimmed_video_is_read_as_far_as_it_is_shown_and_is_not_damaged(mp4):
     trimmed(mp4, 8)
     with av.open(str(mp4)) as opened:
         shown = sum(1 for _ in opened.decode(video=0))
@@ -161,7 +161,7 @@ def test_a_trimmed_film_is_read_as_far_as_it_is_shown_and_is_not_damaged(mp4):
     assert len(list(read_views([mp4]))) == shown
 
 
-def test_a_recorded_camera_takes_a_trimmed_film_for_a_whole_one(mp4):
+def test_a_recorded_camera_takes_a_trimmed_video_for_a_whole_one(mp4):
     trimmed(mp4, 8)
     model = CameraModel(
         "film", 320, 240, np.full(2, 300.0), np.array([159.5, 119.5]), np.zeros(5), np.eye(3), np.zeros(3)

@@ -27,18 +27,18 @@ def edited(tmp_path, line, text):
 
 
 @pytest.mark.parametrize(("scale", "extent"), [(1e3, "230.9 m"), (1e-3, "0.00023 m"), (10.0, "2.309 m")])
-def test_wrong_units_are_told_by_the_extent(tmp_path, scale, extent):
+def test_wrong_units_are_reported_by_the_extent(tmp_path, scale, extent):
     message = refusal(write(tmp_path / "a.csv", csv_lines(scale)))
     assert f"the swing extends over {extent}" in message
     assert "a hand's swing takes 0.05 to 2 m" in message
     assert "capture.unit" in message
 
 
-def test_millimetres_declared_for_metres_are_told_too(tmp_path):
+def test_millimetres_declared_for_metres_are_reported_too(tmp_path):
     assert "extends over 0.0002309 m" in refusal(write(tmp_path / "a.csv", csv_lines()), unit="mm")
 
 
-def test_a_wrong_rate_is_told_by_the_speed(tmp_path):
+def test_a_wrong_rate_is_reported_by_the_speed(tmp_path):
     file = write(tmp_path / "a.csv", csv_lines())
     message = refusal(file, columns={"time": None}, rate_hz=5000.0)
     assert "the peak speed is" in message
@@ -46,7 +46,7 @@ def test_a_wrong_rate_is_told_by_the_speed(tmp_path):
     assert "a hand's swing reaches 0.1 to 8 m/s" in refusal(file, columns={"time": None}, rate_hz=1.0)
 
 
-def test_milliseconds_read_as_seconds_are_told_by_the_speed(tmp_path):
+def test_milliseconds_read_as_seconds_are_reported_by_the_speed(tmp_path):
     lines = csv_lines()
     rows = [f"{round(float(line.split(',')[0]) * 1000)},{line.split(',', 1)[1]}" for line in lines[1:]]
     assert "capture.time_unit" in refusal(write(tmp_path / "a.csv", [lines[0], *rows]))
@@ -84,7 +84,7 @@ def test_a_recording_of_hours_is_refused_before_the_work_of_smoothing_it(tmp_pat
     assert "capture.first_row" in message
 
 
-def test_commas_that_separate_both_columns_and_decimals_are_told(tmp_path):
+def test_commas_that_separate_both_columns_and_decimals_are_reported(tmp_path):
     lines = [csv_lines()[0], *(line.replace(".", ",") for line in csv_lines()[1:])]
     message = refusal(write(tmp_path / "a.csv", lines))
     assert "its rows have 8 cells under 4 names: commas stand between columns and before decimals" in message
@@ -129,7 +129,7 @@ def test_one_missing_sample_is_bridged(tmp_path):
     assert len(t_s) == 200
 
 
-def test_a_gap_without_time_stamps_is_told_by_the_jump(tmp_path):
+def test_a_gap_without_time_stamps_is_reported_by_the_jump(tmp_path):
     lines = csv_lines()
     message = refusal(write(tmp_path / "a.csv", lines[:85] + lines[115:]), columns={"time": None}, rate_hz=100.0)
     assert "line 86: the position jumps by 0.1" in message

@@ -19,12 +19,12 @@ def hands(request, tmp_path):
     )
 
 
-def test_each_demonstration_is_a_hand_with_a_name(hands):
+def test_each_demonstration_is_a_demonstrator_with_a_name(hands):
     assert [hand.name for hand in hands] == ["a", "b"]
 
 
 @pytest.mark.parametrize("check", CHECKS)
-def test_recorded_hands_keep_every_law(hands, check):
+def test_recorded_demonstrators_keep_every_law(hands, check):
     check(lambda: hands)
 
 
@@ -59,7 +59,7 @@ class _Wrong(RecordedDemonstrator):
         ("lost", "are tracked"),
     ],
 )
-def test_the_laws_notice_a_hand_that_breaks_them(hands, fault, words):
+def test_the_laws_notice_a_demonstrator_that_breaks_them(hands, fault, words):
     with pytest.raises(AssertionError, match=words):
         _check_all(lambda: [_Wrong(hands[0], fault)])
 
@@ -73,7 +73,7 @@ def test_samples_can_be_read_twice_and_forces_are_ignored(hands):
         assert np.array_equal(first, [sample.position_m for sample in hand.samples()])
 
 
-def test_equal_file_names_are_told_apart(tmp_path):
+def test_equal_file_names_are_distinguished(tmp_path):
     for folder in ("monday", "tuesday"):
         (tmp_path / folder).mkdir()
         write(tmp_path / folder / "swing.csv", csv_lines())

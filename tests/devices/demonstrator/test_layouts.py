@@ -127,7 +127,7 @@ def test_nanoseconds_since_1970_lose_nothing(tmp_path):
     assert np.abs(t_s - T).max() < 1e-12
 
 
-def test_a_date_that_is_none_is_told(tmp_path):
+def test_a_date_that_is_none_is_reported(tmp_path):
     rows = cells(stamp(lambda d: d.isoformat()))
     rows[7][0] = "2024-13-45T00:00:00"
     assert "line 2, column t_s: '2024-03-30T23:59:59" in refusal(write(tmp_path / "a.csv", [HEAD, *joined(rows)]))
@@ -140,6 +140,6 @@ def test_a_file_of_another_kind_is_called_by_its_name(tmp_path):
     assert "it is a TRC, which capture=body reads" in refusal(trc)
 
 
-def test_a_project_with_settings_from_before_handedness_goes_on(tmp_path):
+def test_a_project_with_settings_from_before_handedness_works(tmp_path):
     settings = file_settings(tmp_path / "a.csv")
     assert settings.handedness == "right"

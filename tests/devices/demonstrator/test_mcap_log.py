@@ -129,7 +129,7 @@ def test_a_nan_is_named_by_its_message(tmp_path):
     assert "message 18 of /capture/cup: z is nan, not a finite number" in refusal(file)
 
 
-def test_millimetres_in_an_mcap_are_told_by_the_extent(tmp_path):
+def test_millimetres_in_an_mcap_are_reported_by_the_extent(tmp_path):
     file = write_mcap(tmp_path / "a.mcap", {"/capture/cup": {"one": (T, 1e3 * P)}})
     assert "the swing extends over 230.9 m" in refusal(file)
     assert "look at capture.topic and have the poses logged in metres" in refusal(file)

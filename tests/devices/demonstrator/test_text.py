@@ -65,7 +65,7 @@ def test_without_y_the_swing_stays_in_its_plane(tmp_path):
     assert not position_m[:, 1].any()
 
 
-def test_without_time_column_the_rate_tells_the_time(tmp_path):
+def test_without_time_column_the_rate_gives_the_time(tmp_path):
     assert same(read(write(tmp_path / "a.csv", csv_lines()), columns={"time": None}, rate_hz=100.0))
 
 
@@ -151,7 +151,7 @@ def test_the_ready_node_asks_for_its_path():
         file_settings("", "iiwa_kendama")
 
 
-def test_quaternions_turn_the_cup_from_where_it_begins(tmp_path):
+def test_quaternions_rotate_the_cup_from_where_it_begins(tmp_path):
     t, p = swing()
     angle = 0.4 * np.sin(np.pi * t / t[-1]) + 0.1
     q = np.column_stack((np.cos(angle / 2), 0 * t, np.sin(angle / 2), 0 * t))

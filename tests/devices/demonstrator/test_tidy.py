@@ -32,7 +32,7 @@ def off_mm(t_s, place_m, duration_s=1.2, began_s=0.3):
 
 @pytest.mark.parametrize("logged_hz", [90, 100, 120, 144, 240, 1000])
 @pytest.mark.parametrize("tracker_hz", [30, 50, 59.94, 60])
-def test_a_tracker_whose_places_are_logged_again_gives_each_once(tmp_path, tracker_hz, logged_hz):
+def test_a_tracker_whose_positions_are_logged_again_gives_each_once(tmp_path, tracker_hz, logged_hz):
     t_s = np.arange(0, 1.9, 1 / logged_hz)
     seen_s = np.floor((t_s + 0.004) * tracker_hz) / tracker_hz
     made_s, made_m, told = read(write(tmp_path / "a.csv", lines(t_s, path(seen_s - 0.3, 1.2))))
@@ -63,7 +63,7 @@ def test_rows_that_repeat_to_the_digit_are_taken_once(tmp_path):
     assert appended[0] == pytest.approx(t_s, abs=1e-9)
 
 
-def test_two_places_at_one_time_are_no_repeated_row(tmp_path):
+def test_two_positions_at_one_time_are_no_repeated_row(tmp_path):
     rows = lines(np.repeat(np.arange(0, 1.9, 0.02), 2), path(np.arange(0, 1.9, 0.01) - 0.3, 1.2))
     made_s, made_m, told = read(write(tmp_path / "a.csv", rows))
     assert off_mm(made_s, made_m) < 1

@@ -179,7 +179,7 @@ def test_a_plain_table_may_hold_orientation_and_commas(tmp_path, comma, turned):
     assert (cup.rotation_wxyz is not None) == turned
 
 
-def test_every_flip_of_a_bit_is_told_or_harmless(tmp_path):
+def test_every_flip_of_a_bit_is_reported_or_harmless(tmp_path):
     """No traceback for a damaged file of any kind of text, whichever bit is wrong."""
     head = ["Trajectories", "100", ",,a:cup,,", "Frame,Sub Frame,X,Y,Z", ",,mm,mm,mm", "1,0,1,2,3", "2,0,1,2,3"]
     motive = motive_lines("XYZ", "XYZ", [["0.0", "1", "2", "3", "4", "5", "6"], ["0.1", "1", "2", "3", "4", "5", "6"]])

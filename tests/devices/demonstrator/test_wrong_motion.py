@@ -55,7 +55,7 @@ def test_rows_missing_under_regular_stamps(tmp_path, swing):
     assert "a hand reaches 150; rows are missing" in told
 
 
-def test_a_few_missing_rows_are_a_doubt_told_with_the_line(tmp_path, swing):
+def test_a_few_missing_rows_are_a_doubt_reported_with_the_line(tmp_path, swing):
     t_s, place_m = swing
     cut = np.delete(place_m, np.s_[120:121], axis=0)
     (hand,) = opened(tmp_path, t_s[: len(cut)], cut)
@@ -74,7 +74,7 @@ def test_a_fragment_of_a_swing(tmp_path, swing):
     )
 
 
-def test_a_recording_that_begins_amid_the_motion_is_told(tmp_path, swing):
+def test_a_recording_that_begins_amid_the_motion_is_reported(tmp_path, swing):
     t_s, place_m = swing
     (hand,) = opened(tmp_path, t_s[: len(t_s) - 110], place_m[110:])
     assert any("where it begins" in one for one in hand.warnings)
@@ -88,7 +88,7 @@ def test_a_recording_that_begins_amid_the_motion_is_told(tmp_path, swing):
         ([2, 1, 0], [1, 1, 1], "with x upward"),
     ],
 )
-def test_axes_under_which_it_is_no_swing_are_told_with_what_to_change(tmp_path, swing, axes, signs, told):
+def test_axes_under_which_it_is_no_swing_are_reported_with_what_to_change(tmp_path, swing, axes, signs, told):
     t_s, place_m = swing
     turned = place_m[:, axes] * signs
     line = refusal(tmp_path, t_s, turned)
@@ -100,7 +100,7 @@ def test_axes_under_which_it_is_no_swing_are_told_with_what_to_change(tmp_path, 
 
 
 @pytest.mark.parametrize("degrees", [0, 5, 10, 20, 41, 60, 89])
-def test_a_turned_swing_plane_is_told_and_taken(tmp_path, swing, degrees):
+def test_a_rotated_swing_plane_is_reported_and_used(tmp_path, swing, degrees):
     t_s, place_m = swing
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     (hand,) = opened(tmp_path, t_s, place_m @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]))
@@ -111,13 +111,13 @@ def test_a_turned_swing_plane_is_told_and_taken(tmp_path, swing, degrees):
 @pytest.mark.parametrize(
     ("factor", "told"), [(2.0, "half as long: recorded at twice"), (0.5, "twice as long: at half")]
 )
-def test_a_rate_that_is_wrong_by_two_is_told_as_that(tmp_path, swing, factor, told):
+def test_a_rate_that_is_wrong_by_two_is_reported_as_that(tmp_path, swing, factor, told):
     t_s, place_m = swing
     (hand,) = opened(tmp_path, factor * t_s, place_m)
     assert any(f"never rises over the cup, but it does with times {told} the rate?" in one for one in hand.warnings)
 
 
-def test_the_way_back_is_left_out_and_told(tmp_path, swing):
+def test_the_return_is_left_out_and_reported(tmp_path, swing):
     place_m = swing[1]
     wait = np.repeat(place_m[-1:], 60, axis=0)
     u = np.linspace(0, 1, 300)[:, None]
@@ -144,7 +144,7 @@ def test_several_swings_in_one_file_are_cut_apart(tmp_path, swing):
     assert sum(1 for _ in one.samples()) == len(whole)
 
 
-def test_a_way_back_as_fast_as_the_swing_is_left_out_and_told(tmp_path, swing):
+def test_a_return_as_fast_as_the_swing_is_left_out_and_reported(tmp_path, swing):
     place_m = swing[1]
     whole = np.vstack((place_m, np.repeat(place_m[-1:], 80, axis=0), place_m[::-1]))
     (hand,) = opened(tmp_path, np.arange(len(whole)) / 100, whole)
@@ -180,7 +180,7 @@ def test_no_bundled_demonstration_is_doubted():
     assert [hand.warnings for hand in hands] == [()] * 12
 
 
-def test_a_persons_recording_passes_whole_and_loses_its_way_back(recordings):
+def test_a_persons_recording_passes_whole_and_loses_its_return(recordings):
     path = recordings / "li-kendama" / "kendama1-20.txt"
     (play,) = open_files(file_settings(path, "iiwa_kendama"))
     (whole,) = open_files(file_settings(path, "iiwa_kendama", last_row=None))

@@ -23,11 +23,11 @@ def _counted(periods: int) -> Array:
     return np.arange(periods)[:, None, None] * np.ones((1, 2, 3))
 
 
-def test_perfect_tracking_tells_what_is() -> None:
+def test_perfect_tracking_reports_what_is() -> None:
     assert np.array_equal(_told(PERFECT, _counted(5)), _counted(5))
 
 
-def test_late_tracking_tells_what_was_the_delay_ago() -> None:
+def test_late_tracking_reports_what_was_the_delay_ago() -> None:
     told = _told(dataclasses.replace(PERFECT, tracking_delay_s=0.02), _counted(50))
     assert np.array_equal(told[5:], _counted(45))
     assert not told[:5].any()

@@ -99,7 +99,7 @@ def test_the_laws_catch_a_robot_that_ignores_its_limits() -> None:
         check_limits(lambda: closing(Reckless(bench_arm(), kendama_game(), imperfection=None, control_period_s=0.004)))
 
 
-def test_the_laws_catch_a_robot_that_goes_on_after_a_halt() -> None:
+def test_the_laws_catch_a_robot_that_continues_after_a_halt() -> None:
     class Restless(SimulatedRobot):
         def halt(self) -> None:
             pass

@@ -23,7 +23,7 @@ def test_a_detector_goes_by_the_file_that_its_settings_name(tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"no json", b"{}", b"\xff\xfe"])
-def test_a_file_that_is_no_colour_is_told_in_one_line(tmp_path, content):
+def test_a_file_that_is_no_colour_is_reported_in_one_line(tmp_path, content):
     path = tmp_path / "ball.json"
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"ball\.json: .*; learn the colour again") as caught:

@@ -64,7 +64,7 @@ def test_negative_drag_is_refused():
 
 
 @pytest.mark.parametrize("drag_per_s", [0.0, 0.04, 3.0])
-def test_one_moment_alone_gives_the_same_gains_as_an_array(drag_per_s):
+def test_one_time_alone_gives_the_same_gains_as_an_array(drag_per_s):
     flight, s = FreeFlight(np.array([0.0, 0.0, -9.81]), drag_per_s), np.array([-0.1, 0.0, 1e-4, 0.3, 2.0])
     one = np.array([flight.position_m(START, VELOCITY, float(moment)) for moment in s])
     assert np.allclose(one, flight.position_m(START, VELOCITY, s), rtol=1e-13, atol=1e-16)

@@ -55,7 +55,7 @@ def test_apex_and_crossing_keep_to_the_settings(releases):
         assert abs(release.crossing_m[2] - rim) < 1e-9
 
 
-def test_an_apex_out_of_reach_is_told():
+def test_an_apex_out_of_reach_is_reported():
     settings = dataclasses.replace(predict().release, apex_low_m=3.0, apex_high_m=4.0)
     with pytest.raises(ConfigError, match=r"apex 3\.0\.\.4\.0 m over the rim is out of reach of a rope of 0\.4 m"):
         draw_release(np.random.default_rng(0), settings, game(), 0.1)

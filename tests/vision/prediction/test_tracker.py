@@ -117,7 +117,7 @@ def test_the_search_hints_the_detector_where_the_ball_should_be():
     assert detector.hints[2].centre_px == pytest.approx([210.0, 200.0])
 
 
-def test_a_rope_that_was_slack_for_a_moment_only_is_noticed():
+def test_a_rope_that_was_slack_for_an_instant_only_is_noticed():
     """A swing of 80 deg: at its turning points the rope hardly pulls; soon after, no flight fits what is seen."""
     rng, made, pivot = np.random.default_rng(63), tracker(), np.array([0.0, 0.0, 0.4])
     phi, rate, found, predicted = np.deg2rad(80.0), 0.0, [], []

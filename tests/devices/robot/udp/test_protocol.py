@@ -17,7 +17,7 @@ from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.limits import JointLimits
 
 
-def test_welcome_tells_joints_limits_and_timing() -> None:
+def test_welcome_reports_joints_limits_and_timing() -> None:
     limits = JointLimits(*(np.arange(3.0) + k for k in range(5)))
     welcome = Welcome(("a", "b_2", "wrist-ü"), limits, 0.004, True, 0.2)
     told = protocol.unpack_welcome(protocol.pack_welcome(welcome))
@@ -114,7 +114,7 @@ def test_command_reset_and_report_travel_to_the_last_bit() -> None:
     assert np.array_equal(report.exchange.sent.effort_nm, command.effort_nm)
 
 
-def test_a_scene_travels_to_the_last_bit_and_a_robot_without_one_tells_none() -> None:
+def test_a_scene_travels_to_the_last_bit_and_a_robot_without_one_has_none() -> None:
     rng = np.random.default_rng(2)
     zeros = np.zeros(3)
     state = RobotState(zeros, zeros, zeros, np.zeros(6), zeros, zeros, caught=False)
@@ -138,7 +138,7 @@ def test_a_command_that_is_not_finite_is_refused(value: float) -> None:
 
 
 @pytest.mark.parametrize("sensor", ["position_rad", "velocity_rad_s", "effort_nm", "wrist_wrench"])
-def test_a_sensor_that_tells_no_number_is_refused(sensor: str) -> None:
+def test_a_sensor_that_reads_no_number_is_refused(sensor: str) -> None:
     zeros = np.zeros(2)
     state = RobotState(zeros, zeros, zeros, np.zeros(6), np.zeros(3), np.zeros(3), caught=False)
     bad = dataclasses.replace(state, **{sensor: np.full_like(getattr(state, sensor), np.nan)})

@@ -19,7 +19,7 @@ from kendama_cli.errors import HardwareError
 from tests.devices.robot.stand_in import LOOPBACK, SECRET, ObedientRobot, command, served
 
 
-def test_the_handshake_tells_what_the_robot_is() -> None:
+def test_the_handshake_says_what_the_robot_is() -> None:
     robot = ObedientRobot()
     with served(robot) as (_, address):
         client = UdpRobot(*address, SECRET, silence_s=5.0)
@@ -85,7 +85,7 @@ def test_an_unknown_host_is_one_clear_error() -> None:
         UdpRobot("no.such.host.invalid", 9, SECRET, silence_s=0.5)
 
 
-def test_a_dead_process_is_told_by_its_exit_reason() -> None:
+def test_a_dead_process_is_reported_by_its_exit_reason() -> None:
     with pytest.raises(HardwareError, match="was killed by signal 9"):
         UdpRobot(LOOPBACK, 9, SECRET, silence_s=5.0, exit_reason=lambda: "the twin's process was killed by signal 9")
 
@@ -203,7 +203,7 @@ def test_in_real_time_a_robot_whose_commander_has_gone_brakes_within_its_limits(
     assert np.abs(np.diff(places[braking:]) / robot.period_s).max() <= 2.0 * (1 + 1e-9)
 
 
-def test_a_robot_that_was_braked_goes_on_with_its_commander() -> None:
+def test_a_robot_that_was_braked_continues_with_its_commander() -> None:
     robot = ObedientRobot()
     with served(robot, realtime=True, watchdog_s=20.0) as (server, address):
         client = UdpRobot(*address, SECRET, silence_s=5.0)
