@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -40,29 +41,38 @@ def missing(what: str) -> str:
     return f"{what} comes with the part sundries, which this installation lacks; install the whole of kendama-cli"
 
 
-def test_a_kind_of_a_part_is_reported() -> None:
+STORE: dict[str, Any] = {"endpoint": None, "timeout_s": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("ask", "part", "what", "unknown", "says"),
+    [
+        (
+            lambda kind: build_value(ExecutorSettings, {"kind": kind}, "executor"),
+            "abacus",
+            "executor=abacus",
+            "abacs",
+            r"'executor\.kind' is 'abacs'; allowed: dask, local, slurm",
+        ),
+        (
+            lambda remote: build(StoreSettings, {"remote": remote, **STORE}, "store"),
+            "drawer://left",
+            "store.remote=drawer://left",
+            "chest://left",
+            r"'store\.remote' is 'chest://left'; allowed: a folder, or a URL",
+        ),
+        (exporter, "stone", "--format stone", "tabl", r"--format is 'tabl'; allowed: .*, did you mean 'table'\?"),
+        (suite_file, "hourglass", "--suite hourglass", "robo", r"--suite is 'robo'; allowed: camera, controller, "),
+    ],
+)
+def test_what_a_missing_part_brings_names_the_part_and_an_unknown_name_is_refused(
+    ask: Callable[[str], object], part: str, what: str, unknown: str, says: str
+) -> None:
     with pytest.raises(MissingPartError) as told:
-        build_value(ExecutorSettings, {"kind": "abacus"}, "executor")
-    assert str(told.value) == missing("executor=abacus")
-    with pytest.raises(ConfigError, match=r"'executor\.kind' is 'abacs'; allowed: dask, local, slurm"):
-        build_value(ExecutorSettings, {"kind": "abacs"}, "executor")
-
-
-def test_a_store_of_a_part_is_reported() -> None:
-    values: dict[str, Any] = {"endpoint": None, "timeout_s": 1.0}
-    with pytest.raises(MissingPartError) as told:
-        build(StoreSettings, {"remote": "drawer://left", **values}, "store")
-    assert str(told.value) == missing("store.remote=drawer://left")
-    with pytest.raises(ConfigError, match=r"'store\.remote' is 'chest://left'; allowed: a folder, or a URL"):
-        build(StoreSettings, {"remote": "chest://left", **values}, "store")
-
-
-def test_an_export_of_a_part_is_reported() -> None:
-    with pytest.raises(MissingPartError) as told:
-        exporter("stone")
-    assert str(told.value) == missing("--format stone")
-    with pytest.raises(ConfigError.__bases__[0], match=r"--format is 'tabl'; allowed: .*, did you mean 'table'\?"):
-        exporter("tabl")
+        ask(part)
+    assert str(told.value) == missing(what)
+    with pytest.raises((ConfigError, UsageError), match=says):
+        ask(unknown)
 
 
 def test_a_stage_of_a_part_is_reported(tmp_path: Path) -> None:
@@ -81,11 +91,3 @@ def test_a_node_of_a_part_is_left_out_until_something_needs_it() -> None:
     assert str(told.value) == missing("node 'hourglass'")
     with pytest.raises(ConfigError, match="unknown key 'sundial'"):
         build_settings({"seed": 3, "sundial": {}})
-
-
-def test_a_suite_of_a_part_is_reported_and_an_unknown_one_refused() -> None:
-    with pytest.raises(MissingPartError) as told:
-        suite_file("hourglass")
-    assert str(told.value) == missing("--suite hourglass")
-    with pytest.raises(UsageError, match=r"--suite is 'robo'; allowed: camera, controller, demonstrator, "):
-        suite_file("robo")

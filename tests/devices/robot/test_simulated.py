@@ -42,10 +42,10 @@ PERFECT = Imperfection(
     tracking_delay_s=0.0,
     tracking_lost_fraction=0.0,
 )
-WORN = Imperfection(
+WORN = dataclasses.replace(
+    PERFECT,
     rope_scale=1.05,
     rope_scale_spread=0.01,
-    rope_kg=None,
     ball_start_m=0.01,
     joint_friction_nm=0.3,
     joint_friction_fraction=0.1,
@@ -53,15 +53,6 @@ WORN = Imperfection(
     latency_s=0.01,
     joint_noise_rad=0.0005,
     ball_noise_m=0.001,
-    mass_scale=1.0,
-    drag_scale=1.0,
-    tie_friction_m=0.0,
-    gravity_tilt_rad=0.0,
-    backlash_rad=0.0,
-    drift_m=0.0,
-    drift_s=0.3,
-    tracking_delay_s=0.0,
-    tracking_lost_fraction=0.0,
 )
 
 
