@@ -91,7 +91,7 @@ def _since_s(steps: Sequence[CartStep]) -> float:
     return since
 
 
-FEWEST_SAMPLES = 20
+MIN_SAMPLES = 20
 """Samples from which a parabola is fitted."""
 
 
@@ -117,7 +117,7 @@ def find_crossing(path: Array, height_m: float, free_s: float) -> Crossing | Non
     last = int(fallen[0])
     before, after = path[last], path[last + 1]
     straight = before + (before[3] - height_m) / (before[3] - after[3]) * (after - before)
-    if last < FEWEST_SAMPLES:
+    if last < MIN_SAMPLES:
         return Crossing(float(straight[0]), straight[1:])
     s = path[: last + 1, 0] - before[0]
     curves = np.polynomial.polynomial.polyfit(s, path[: last + 1, 1:], 2)

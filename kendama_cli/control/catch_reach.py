@@ -17,7 +17,7 @@ from kendama_cli.schema.arrays import Array
 ONSET_S = 0.05
 """Free flight is detected so late in 95 % of all flights, at 120 images/s."""
 OTHERWISE = "choose adapt/uncertainty=identified"
-SHARES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
+FRACTIONS = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
 """Fractions of the required reach, tried where all of it is not available."""
 FALL_M_S = -2.0
 """Velocity at which the ball comes down that is reached for: a fall of 0.2 m."""
@@ -83,7 +83,7 @@ def lacking_reach(
 
 def _passing(flight: _Flight, most_m: float, settings: AdaptSettings) -> str:
     """Return the settings with which the flight passes, of a reach of at most ``most_m``."""
-    tried = (math.floor(1e3 * fraction * most_m) for fraction in SHARES)
+    tried = (math.floor(1e3 * fraction * most_m) for fraction in FRACTIONS)
     both = (mm for mm in tried if all(_goes(flight, side * 1e-3 * mm, settings.correction) for side in (1.0, -1.0)))
     millimetres = next(both, 0)
     return (f"set adapt.uncertainty.min_reach_m={1e-3 * millimetres:g}, " if millimetres else "") + f"or {OTHERWISE}"

@@ -56,7 +56,7 @@ def _stops_inside(shift_m: Array, speed_m_s: Array, settings: CorrectionSettings
     return float(np.linalg.norm(shift_m + displacement_m)) <= settings.max_shift_m + ROUNDING_M
 
 
-SHARES = (1.0, 0.6, 0.3, 0.0)
+FRACTIONS = (1.0, 0.6, 0.3, 0.0)
 """Fractions of the desired acceleration: the first with which every joint keeps its limits, else the shift stops."""
 UNREACHED_M = 0.005
 """A cup that the arm cannot bring nearer than this to its position is out of reach."""
@@ -174,7 +174,7 @@ class CorrectedMotion:
             h, settings = self._plan.period_s, self._settings
             desired = bounded(self._acceleration_m_s2(self._pose), self._shift_m, self._speed_m_s, h, settings)
             stopping = shortened(-self._speed_m_s / h, settings.acceleration_m_s2)
-            for tried in (*(fraction * desired for fraction in SHARES), stopping):
+            for tried in (*(fraction * desired for fraction in FRACTIONS), stopping):
                 made = self._with_acceleration(tried, k)
                 if made[1]:
                     break

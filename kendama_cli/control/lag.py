@@ -6,8 +6,8 @@ import numpy as np
 
 from kendama_cli.schema.arrays import Array
 
-LONGEST_LAG_S = 0.1
-LEAST_MOTION = 1e-3
+MAX_LAG_S = 0.1
+MIN_MOTION = 1e-3
 """Sum of squared speeds from which on something is known [rad^2/s^2 or m^2/s^2]."""
 
 
@@ -24,5 +24,5 @@ class Lag:
 
     @property
     def lag_s(self) -> float:
-        """In [0, LONGEST_LAG_S]; 0 before it has moved [s]."""
-        return min(max(self._behind / self._moved, 0.0), LONGEST_LAG_S) if self._moved > LEAST_MOTION else 0.0
+        """In [0, MAX_LAG_S]; 0 before it has moved [s]."""
+        return min(max(self._behind / self._moved, 0.0), MAX_LAG_S) if self._moved > MIN_MOTION else 0.0

@@ -27,7 +27,7 @@ from kendama_cli.settings.safety import SafetySettings
 
 EARLY_S = 0.1
 """A ball is followed no earlier than this before the rope slackens in the planned motion."""
-SHARES = (0.25, 0.5, 0.75, 1.0)
+FRACTIONS = (0.25, 0.5, 0.75, 1.0)
 """Radii that are checked, as fractions of the largest shift: all of a circle is inside one of them."""
 DIRECTIONS = 8
 EVERY_S = 0.02
@@ -60,7 +60,7 @@ class Surroundings:
         if self.adapt.catch != "visual":
             return correction, ()
         allowed_m = 0.0
-        for fraction in SHARES:
+        for fraction in FRACTIONS:
             shift_m = fraction * correction.max_shift_m
             wrong = [one for one in self._beside(joints, shift_m, from_s) if not one.holds]
             if wrong and not allowed_m:

@@ -21,7 +21,7 @@ from kendama_cli.schema.unpacking import OversizedError, check_size, unpacked_ch
 
 REMEDY = "copy or record it again ('mcap recover' saves what is whole)"
 MAGIC = b"\x89MCAP0\r\n"
-MOST_BYTES, GROWTH, MOST_UNREAD = 1 << 28, 4, 8
+MAX_BYTES, GROWTH, MAX_UNREAD = 1 << 28, 4, 8
 """A chunk may have so many bytes, or so many times the file's own; all chunks together more, as not all is stored."""
 RECORD_BYTES = 128
 """Bytes of a message besides its data."""
@@ -82,7 +82,7 @@ class _Reader:
         if isinstance(record, Chunk):
             plain = unpacked_chunk(record.data, record.compression, record.uncompressed_size, self._most_bytes)
             self._plain_bytes += len(plain)
-            check_size(self._plain_bytes, MOST_UNREAD * self._most_bytes)
+            check_size(self._plain_bytes, MAX_UNREAD * self._most_bytes)
             if record.uncompressed_crc and zlib.crc32(plain) != record.uncompressed_crc:
                 raise ValueError("the CRC of a chunk does not match")
             self._records(plain)
@@ -156,7 +156,7 @@ def read_container(path: Path | str, topics: Collection[str] | None = None) -> C
             problem = f"not an MCAP file (its {size} bytes do not begin with the MCAP magic)"
             raise InputError(str(path), problem, remedy="name an MCAP file")
         file.seek(0)
-        reader = _Reader(topics, max(MOST_BYTES, GROWTH * size))
+        reader = _Reader(topics, max(MAX_BYTES, GROWTH * size))
         try:
             for record in StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=size).records:
                 reader.add(record)

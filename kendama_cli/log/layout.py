@@ -10,7 +10,7 @@ import pandas as pd
 from kendama_cli.log.reader import LogFile
 
 WORLD = "world"
-MOST_LINES = 8
+MAX_LINES = 8
 """More lines in one plot are no picture."""
 _PLACED = ("foxglove.FrameTransform", "foxglove.FrameTransforms", "foxglove.SceneUpdate")
 _IMAGES, _JOINTS = "foxglove.CompressedImage", "foxglove.JointStates"
@@ -84,7 +84,7 @@ def _lines(log: LogFile, topic: str, schema: str) -> list[str]:
     """Return Foxglove's message paths of the numbers that change in a topic; none if there are none."""
     if schema == _JOINTS:
         positions = [name for name in log.table(topic).columns if name.endswith(".position_rad")]
-        return [f"{topic}.joints[{i}].position" for i in range(len(positions))][:MOST_LINES]
+        return [f"{topic}.joints[{i}].position" for i in range(len(positions))][:MAX_LINES]
     if schema.startswith("foxglove."):
         return []
     table = log.table(topic)
@@ -92,4 +92,4 @@ def _lines(log: LogFile, topic: str, schema: str) -> list[str]:
         f"{topic}.{name}"
         for name, column in table.items()
         if name != "t_s" and "." not in str(name) and pd.api.types.is_numeric_dtype(column) and column.nunique() > 1
-    ][:MOST_LINES]
+    ][:MAX_LINES]

@@ -25,7 +25,7 @@ def is_metric(value: object) -> bool:
     return value is None or isinstance(value, str | float | bool) or (isinstance(value, int) and abs(value) < 10**300)
 
 
-_MOST_S = 9.2e9  # whole nanoseconds of more seconds do not fit 63 bits
+_MAX_S = 9.2e9  # whole nanoseconds of more seconds do not fit 63 bits
 
 
 class McapLog:
@@ -56,7 +56,7 @@ class McapLog:
                 f"log a {kind.__name__}, or declare the topic otherwise",
                 topic,
             )
-        if not 0.0 <= t_s < _MOST_S:
+        if not 0.0 <= t_s < _MAX_S:
             raise LogMessageError(f"topic '{topic}': time must be finite and not negative, not {t_s!r} s", topic)
         t_ns = round(t_s * 1e9)
         try:

@@ -15,7 +15,7 @@ from kendama_cli.stages.interface import State
 from kendama_cli.store.checkpoint import Checkpoint, CheckpointFolder, DurableAppendFile
 
 CHECKPOINT_PERIOD_S = 1.0
-CHECKPOINT_SHARE = 0.01
+CHECKPOINT_FRACTION = 0.01
 """Largest part of a stage's time that goes into checkpoints: on a slow disk they are made less often."""
 PROGRESS_PERIOD_S = 0.1
 
@@ -70,7 +70,7 @@ class WorkerContext:
         self._log_file.sync()  # before the checkpoint that counts on it
         self._checkpoints.save(state(), streams, self.log.position())
         now_s = time.monotonic()
-        self._due_s = now_s + max(CHECKPOINT_PERIOD_S, (now_s - began_s) / CHECKPOINT_SHARE)
+        self._due_s = now_s + max(CHECKPOINT_PERIOD_S, (now_s - began_s) / CHECKPOINT_FRACTION)
 
     def progress(self, done: int, total: int | None, **figures: float | int | str) -> None:
         """Pass on where the work stands, at most ten times a second."""

@@ -11,10 +11,10 @@ from typing import Any
 
 import yaml
 
-MOST_VALUES = 1_000_000
+MAX_VALUES = 1_000_000
 """A primitive of thousands of numbers is read; 'billion laughs' is not."""
-DEEPEST = 50
-MOST_BITS = 1023
+MAX_DEPTH = 50
+MAX_BITS = 1023
 """Larger whole numbers are no floating-point numbers, and Python may refuse to show them."""
 
 
@@ -62,8 +62,8 @@ def check_yaml(text: str) -> None:
                 anchor, before = open_values.pop()
                 if anchor:
                     sizes[anchor] = values - before
-            if values > MOST_VALUES or len(open_values) > DEEPEST:
-                limit = f"more than {MOST_VALUES} values" if values > MOST_VALUES else f"nested deeper than {DEEPEST}"
+            if values > MAX_VALUES or len(open_values) > MAX_DEPTH:
+                limit = f"more than {MAX_VALUES} values" if values > MAX_VALUES else f"nested deeper than {MAX_DEPTH}"
                 raise TooMuchError(f"line {line}: {limit}, aliases counted with what they stand for")
     except yaml.YAMLError as error:
         raise ValueError(_reason(error)) from None
@@ -80,7 +80,7 @@ def check_plain(value: Any, location: str = "") -> None:
     elif isinstance(value, list):
         for number, item in enumerate(value):
             check_plain(item, f"{location}[{number}]")
-    elif isinstance(value, int) and value.bit_length() > MOST_BITS:
+    elif isinstance(value, int) and value.bit_length() > MAX_BITS:
         raise ValueError(f"'{location}' is a whole number of more than 300 digits")
     elif isinstance(value, str):
         try:

@@ -13,11 +13,11 @@ class OversizedError(ValueError):
     """More bytes are declared than are unpacked."""
 
 
-MOST_ARRAYS_BYTES = 1 << 29
+MAX_ARRAYS_BYTES = 1 << 29
 _WINDOW_BYTES = 1 << 27
 
 
-def unpacked_arrays(data: bytes, most_bytes: int = MOST_ARRAYS_BYTES) -> dict[str, np.ndarray]:
+def unpacked_arrays(data: bytes, most_bytes: int = MAX_ARRAYS_BYTES) -> dict[str, np.ndarray]:
     """Return the arrays of an ``.npz`` by name; raises ValueError for anything else, and beyond ``most_bytes``."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:

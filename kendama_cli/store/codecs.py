@@ -17,7 +17,7 @@ import numpy as np
 
 from kendama_cli.errors import StageError, StoreError
 from kendama_cli.schema.artifacts import from_plain, to_plain, type_name
-from kendama_cli.schema.unpacking import MOST_ARRAYS_BYTES, check_size, unpacked_arrays
+from kendama_cli.schema.unpacking import MAX_ARRAYS_BYTES, check_size, unpacked_arrays
 from kendama_cli.store.durable import canonical_json
 
 
@@ -57,7 +57,7 @@ def load_artifact(declared: Any, folder: Path) -> Any:
 
 def pack_arrays(arrays: Mapping[str, np.ndarray]) -> bytes:
     """Return an ``.npz`` whose bytes depend on nothing but the arrays; raises ValueError for more than are unpacked."""
-    check_size(sum(one.nbytes for one in arrays.values()), MOST_ARRAYS_BYTES)
+    check_size(sum(one.nbytes for one in arrays.values()), MAX_ARRAYS_BYTES)
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(arrays):

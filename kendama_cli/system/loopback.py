@@ -11,9 +11,9 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, ClassVar
 
 HOST = "127.0.0.1"
-SLOWEST_S = 10.0
+MAX_REQUEST_S = 10.0
 """A request that takes longer is given up."""
-LONGEST = 10_000
+MAX_BYTES = 10_000
 """Bytes that a page may send in one request."""
 
 HEADERS = {
@@ -86,7 +86,7 @@ class LoopbackServer(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     server: LoopbackServer
-    timeout: ClassVar[float] = SLOWEST_S
+    timeout: ClassVar[float] = MAX_REQUEST_S
 
     def do_GET(self) -> None:
         """Answer a request."""
@@ -95,9 +95,9 @@ class _Handler(BaseHTTPRequestHandler):
     def do_POST(self) -> None:
         """Answer a request that brings something."""
         length = self.headers.get("Content-Length", "")
-        if not length.isdecimal() or int(length) > LONGEST:
+        if not length.isdecimal() or int(length) > MAX_BYTES:
             self.close_connection = True
-            self._give(Answer(413, "text/plain", f"at most {LONGEST} bytes\n".encode()))
+            self._give(Answer(413, "text/plain", f"at most {MAX_BYTES} bytes\n".encode()))
             return
         self._give(self.server.answered(self.path, self.rfile.read(int(length))))
 

@@ -14,7 +14,7 @@ from typing import Any
 
 PROCESSES = "KENDAMA_PROCESSES"
 """The environment variable that says how many processes one stage or film may take; every core where it is not set."""
-MOST = 8
+MAX_PROCESSES = 8
 
 
 def processes() -> int:
@@ -23,7 +23,7 @@ def processes() -> int:
     if asked.isdecimal() and int(asked) > 0:
         return int(asked)
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(cores, MOST)
+    return min(cores, MAX_PROCESSES)
 
 
 @contextlib.contextmanager

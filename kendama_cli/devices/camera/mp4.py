@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
-MOST_BOXES = 1000
+MAX_BOXES = 1000
 """Of one box; what a damaged file says is not followed for ever."""
 HOLDERS = (b"mdia", b"edts")
 
@@ -47,7 +47,7 @@ def top_boxes(path: Path) -> list[bytes]:
 
 def _boxes(stream: BinaryIO, offset: int, end: int) -> Iterator[tuple[bytes, int, int]]:
     """Yield name, first byte of the content, and end of each box between two boxes."""
-    for _ in range(MOST_BOXES):
+    for _ in range(MAX_BOXES):
         if offset + 8 > end:
             return
         stream.seek(offset)
@@ -114,7 +114,7 @@ def _shown(stream: BinaryIO, inside: int, stop: int) -> int:
     version, count = _read(stream, ">B3xI", inside)
     layout = struct.Struct(">Qqi" if version == 1 else ">Iii")
     stream.seek(inside + 8)
-    entries = stream.read(min(count * layout.size, max(stop - inside - 8, 0), MOST_BOXES * layout.size))
+    entries = stream.read(min(count * layout.size, max(stop - inside - 8, 0), MAX_BOXES * layout.size))
     whole = len(entries) // layout.size * layout.size
     return sum(ticks for ticks, since, _ in layout.iter_unpack(entries[:whole]) if since >= 0)
 

@@ -52,7 +52,7 @@ def open_capture(path: str | os.PathLike[str]) -> cv2.VideoCapture:
 
 
 REMEDY = "convert it, e.g. to mp4 with H.264"
-SLOWEST_HZ, FASTEST_HZ = 1.0, 2000.0
+MIN_HZ, MAX_HZ = 1.0, 2000.0
 """Plausible frame rates of a video."""
 TURNS = {90: cv2.ROTATE_90_CLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_COUNTERCLOCKWISE}
 # a decoder says what is wrong with every block of a damaged video; video_faults says it in one line
@@ -83,7 +83,7 @@ class VideoFile:
         first = next(self.frames(), None)
         if first is None:
             raise _unreadable(path)
-        if self.avi is not None and not SLOWEST_HZ <= self.avi.rate_hz <= FASTEST_HZ:
+        if self.avi is not None and not MIN_HZ <= self.avi.rate_hz <= MAX_HZ:
             raise InputError(
                 str(path),
                 f"its header says {self.avi.rate_hz:g} frames per second, so its times are not known",
@@ -129,7 +129,7 @@ class VideoFile:
         known = self.avi.frames if self.avi is not None and damaged else None
         try:
             rate_hz = capture.get(cv2.CAP_PROP_FPS)
-            period_s = 1 / rate_hz if SLOWEST_HZ <= rate_hz <= FASTEST_HZ else 1 / 30
+            period_s = 1 / rate_hz if MIN_HZ <= rate_hz <= MAX_HZ else 1 / 30
             before_s, number = -period_s, 0
             while number != known and capture.grab():
                 t_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3

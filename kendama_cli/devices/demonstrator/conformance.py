@@ -19,7 +19,7 @@ from kendama_cli.motion.sampling import step_s
 
 OpenDemonstrators = Callable[[], Sequence[Demonstrator]]
 
-RATE_SHARE = 0.05
+RATE_FRACTION = 0.05
 """By so much the median rate of the samples may differ from the one that a live device states."""
 
 
@@ -41,7 +41,7 @@ def check_time(opened: OpenDemonstrators) -> None:
         _law(t_s[0] == 0, f"the first sample of '{hand.name}' is at time 0")
         _law(bool((np.diff(t_s) > 0).all()), f"the times of '{hand.name}' rise")
         rate_hz = 1 / step_s(t_s)
-        _law(abs(rate_hz / hand.rate_hz - 1) < RATE_SHARE, f"'{hand.name}' comes at its rate (is {rate_hz:.1f} Hz)")
+        _law(abs(rate_hz / hand.rate_hz - 1) < RATE_FRACTION, f"'{hand.name}' comes at its rate (is {rate_hz:.1f} Hz)")
 
 
 def check_poses(opened: OpenDemonstrators) -> None:

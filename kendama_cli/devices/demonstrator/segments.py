@@ -14,16 +14,16 @@ from kendama_cli.devices.demonstrator.swing_axes import NEVER_RISES, rise_of
 from kendama_cli.motion.dmp.onset import REST_WINDOW_S, SmoothSpeed
 from kendama_cli.schema.arrays import Array
 
-REST_SPEED_M_S, REST_SHARE = 0.05, 0.05
+REST_SPEED_M_S, REST_FRACTION = 0.05, 0.05
 SHORT_REST_S = 0.25
 """A hand may rest so long within a swing, while the ball flies; so both sides must be swings of their own."""
 LONG_REST_S = 0.65
 """No ball on a rope of 0.42 m flies longer than 0.6 s: a hand that rests so long has ended its swing."""
 MARGIN_S = 0.25
 """So much of the rest is left on either side; two parts overlap in no more than the rest between them."""
-SLOW_SHARE = 0.4
+SLOW_FRACTION = 0.4
 """A movement whose peak speed is below this fraction of the fastest one's is a return."""
-LEAST_S = 0.3
+MIN_S = 0.3
 SWING_RISE = 0.5
 
 
@@ -48,7 +48,7 @@ def cut_apart(recording: Recording) -> tuple[list[Recording], list[str]]:
     """Split ``recording`` into swings, in order, and sentences on what was left out; itself if it is one swing."""
     t_s, place_m = recording.t_s, recording.position_m
     try:
-        whole = SmoothSpeed(t_s, place_m).moving(REST_WINDOW_S, REST_SPEED_M_S, REST_SHARE)
+        whole = SmoothSpeed(t_s, place_m).moving(REST_WINDOW_S, REST_SPEED_M_S, REST_FRACTION)
     except ValueError:
         return [recording], []
     pieces = _joined(recording, _stretches(t_s, whole.speed_m_s > whole.rest_m_s))
@@ -58,7 +58,7 @@ def cut_apart(recording: Recording) -> tuple[list[Recording], list[str]]:
     kept, left = [], []
     for (first, last), peak in zip(pieces, peaks, strict=True):
         lasts_s = float(t_s[last] - t_s[first])
-        if peak < SLOW_SHARE * max(peaks) or lasts_s < LEAST_S:
+        if peak < SLOW_FRACTION * max(peaks) or lasts_s < MIN_S:
             left.append(
                 f"left out: {lasts_s:.1f} s from {t_s[first]:.1f} s on, where the hand reaches {peak:.2f} m/s only: "
                 "no swing but a return, say (capture.segments=one keeps it)"
@@ -112,7 +112,7 @@ def _rises(recording: Recording, piece: tuple[int, int]) -> float:
     """Return the fraction of ropes and time scales with which a ball rises over the cup."""
     part = slice(max(piece[0] - 2, 0), piece[1] + 3)
     t_s = recording.t_s[part]
-    if len(t_s) < MIN_SAMPLES or t_s[-1] - t_s[0] < LEAST_S:
+    if len(t_s) < MIN_SAMPLES or t_s[-1] - t_s[0] < MIN_S:
         return 0.0
     (rise,) = rise_of(t_s, recording.position_m[part], np.array([[0.0, 0.0, 1.0]]))
     return rise.rising

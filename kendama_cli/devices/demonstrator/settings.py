@@ -12,7 +12,7 @@ from kendama_cli.schema.settings import setting
 from kendama_cli.schema.units import LengthUnit, TimeUnit
 
 Column = int | str | None
-FARTHEST_M = 50.0
+MAX_DISTANCE_M = 50.0
 """No tracker sees so far: positions beyond are in another unit."""
 TIMES = "even: stamps that stray from a steady rate by less than 50 ms are put there; stamps: as they are"
 DEMONSTRATORS = Registry("kendama.demonstrators", "demonstrator")

@@ -109,17 +109,17 @@ DOUBTFUL_RISE, DOUBTFUL_CATCH = 0.65, 0.2
 """No swing: below these both. Between them nothing is said."""
 NEVER_RISES = 0.1
 
-LONGEST_S = 8.0
+MAX_S = 8.0
 """Longer recordings hold more than a swing; nothing is said of them."""
-SIDEWAYS_RATIO = 2.0
-LEAST_SIDEWAYS_M = 0.03
+LATERAL_RATIO = 2.0
+MIN_LATERAL_M = 0.03
 TURNED_RAD = math.radians(8)
 """A plane turned by 8 degrees shortens x by 1 %, which moves a ball's miss by 40 mm."""
 
 
 def check_axes(recording: Recording, strictness: str) -> list[str]:
     """Return doubts about the declared axes; raises InputError if ``strictness`` is ``refuse`` and they are certain."""
-    if strictness == "off" or recording.t_s[-1] - recording.t_s[0] > LONGEST_S:
+    if strictness == "off" or recording.t_s[-1] - recording.t_s[0] > MAX_S:
         return []
     doubt, certain = _doubt(recording.t_s, recording.position_m)
     if not doubt:
@@ -155,10 +155,10 @@ def _doubt(t_s: Array, place_m: Array) -> tuple[str, bool]:
     sizes, axes = np.linalg.eigh(flat.T @ flat / len(flat))
     widest = math.sqrt(max(float(sizes[1]), 0.0))
     heading = math.atan2(abs(float(axes[1, 1])), abs(float(axes[0, 1])))
-    if widest < LEAST_SIDEWAYS_M or heading < TURNED_RAD:
+    if widest < MIN_LATERAL_M or heading < TURNED_RAD:
         return "", False
     ratio = widest / max(math.sqrt(max(float(sizes[0]), 0.0)), 1e-9)
-    if ratio > SIDEWAYS_RATIO:
+    if ratio > LATERAL_RATIO:
         return f"the swing's plane is turned by {math.degrees(heading):.0f} deg from x: so will the arm's be", False
     return "", False
 

@@ -21,7 +21,7 @@ from kendama_cli.schema.units import METRES, SECONDS, length_unit, time_unit
 
 ORIGIN = re.compile(r"^#\s*(?:origin\s*[:=]\s*([a-z]{1,20})|(synthetic))\b", re.IGNORECASE | re.MULTILINE)
 """The line of a head that says who or what made the swing."""
-LONGEST_HEAD = 2000
+MAX_HEAD_CHARACTERS = 2000
 REMEDY = "give a text file (CSV, TSV or whitespace-separated) or an MCAP file"
 
 
@@ -59,7 +59,7 @@ def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
         "look at the unit (capture.unit: m, cm or mm) and at capture.columns",
         "look at capture.columns and capture.sign (z points up, x lies in the swing's plane)",
         rotation_wxyz=_rotation(path, rows, settings, where),
-        origin=(found[1] or found[2]).lower() if (found := ORIGIN.search(text[:LONGEST_HEAD])) else "",
+        origin=(found[1] or found[2]).lower() if (found := ORIGIN.search(text[:MAX_HEAD_CHARACTERS])) else "",
     )
 
 

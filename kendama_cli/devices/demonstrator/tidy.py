@@ -16,17 +16,17 @@ from kendama_cli.motion.dmp.onset import SmoothSpeed
 from kendama_cli.motion.sampling import step_s
 from kendama_cli.schema.arrays import Array
 
-HARMLESS_SHARE = 0.05
+HARMLESS_FRACTION = 0.05
 """Stamps that stray from a steady rate by less of its period are left as they are."""
-STRAYS_MOST_S = 0.05
+MAX_STRAY_S = 0.05
 """A network holds poses back for so long now and then; a hand's swing bent by more would be another."""
-STALL_MOST_S, STALLED_MOST_SHARE = 1.0, 0.2
+MAX_STALL_S, MAX_STALLED_FRACTION = 1.0, 0.2
 """A stalled computer hears of poses so late, of so many of all, and then of all of them at once."""
-FEWEST, SOME = 10, 25
+MIN_POSES, DRIFT_POSES = 10, 25
 
-FAST_SHARE, FAST_WINDOW_S = 0.3, 0.1
+FAST_FRACTION, FAST_WINDOW_S = 0.3, 0.1
 """Fraction of the peak speed over so long: a hand that moves so fast is at no position twice."""
-HELD_SHARE = 0.2
+HELD_FRACTION = 0.2
 """Fraction of a fast hand's rows that repeat the position before: from here on the tracker is slower than the file."""
 LONG_HOLD = 2.5
 """A position that is held so many times longer than usual was lost, not held."""
@@ -67,12 +67,12 @@ def _held_once(recording: Recording) -> Recording:
     if len(t_s) < MIN_SAMPLES or np.diff(t_s).min() <= 0:  # rows may be gone
         return recording
     speed = SmoothSpeed(t_s, place_m).over(FAST_WINDOW_S)
-    fast = speed > FAST_SHARE * speed.max()
+    fast = speed > FAST_FRACTION * speed.max()
     new = np.concatenate([[True], (np.diff(place_m, axis=0) != 0).any(axis=1)])
     fraction = float(1 - new[fast].mean()) if fast.any() else 0.0
     begins = np.flatnonzero(new)
     steps_s = np.diff(t_s[begins])[fast[begins][1:]]
-    if fraction < HELD_SHARE or len(steps_s) < MIN_SAMPLES // 2:
+    if fraction < HELD_FRACTION or len(steps_s) < MIN_SAMPLES // 2:
         return recording
     rows, at_s, period_s = _ticks(t_s, begins, fast, steps_s)
     text = (
@@ -134,13 +134,13 @@ def even_times(stamps_s: Array) -> Array | None:
     Two poses that are heard of together look like a jump, for cameras see at a steady rate and only the stamp is late.
     The poses are numbered one after the other, or, as some may be missing, by their steps in periods; the times are
     the least-squares line through (number, stamp), of the numbering that fits better. Stamps may stray from it by
-    STRAYS_MOST_S, or by half a period where the numbers are found by rounding; the mean of 25 by half a period, or the
+    MAX_STRAY_S, or by half a period where the numbers are found by rounding; the mean of 25 by half a period, or the
     rate itself changes. Poses that a stall held back are left out of the line: they are late by less and less, and
     those after them are on the line again, so that none can be missing.
     """
     steps = np.diff(stamps_s)
     usual = float(np.median(steps)) or float(np.mean(steps))  # coarse stamps: every other step is none
-    if len(stamps_s) < FEWEST or not usual > 0:
+    if len(stamps_s) < MIN_POSES or not usual > 0:
         return None
     counted = np.arange(len(stamps_s))
     rounded = np.concatenate([[0], np.cumsum(np.maximum(np.rint(steps / usual), 1))])
@@ -151,29 +151,29 @@ def even_times(stamps_s: Array) -> Array | None:
     best = int(np.argmin([np.std(line - stamps_s) for line in lines]))
     period_s = float(np.diff(lines[best]).min())
     strays = (stamps_s - lines[best])[used]
-    some = min(SOME, len(strays))
+    some = min(DRIFT_POSES, len(strays))
     drifts_s = float(np.abs(np.convolve(strays, np.full(some, 1 / some), "valid")).max())
     if drifts_s > 0.5 * period_s:
         return None
     strays_s = float(np.abs(strays).max())
-    if not stalled.any() and strays_s < HARMLESS_SHARE * period_s:
+    if not stalled.any() and strays_s < HARMLESS_FRACTION * period_s:
         return None
-    return lines[best] if strays_s < (STRAYS_MOST_S, 0.5 * period_s)[best] else None
+    return lines[best] if strays_s < (MAX_STRAY_S, 0.5 * period_s)[best] else None
 
 
 def _stalled(numbers: NDArray[Any], stamps_s: Array) -> NDArray[np.bool_]:
-    """Return the mask (n,) of poses that a stall of more than STRAYS_MOST_S held back; none where that is not sure."""
+    """Return the mask (n,) of poses that a stall of more than MAX_STRAY_S held back; none where that is not sure."""
     none = np.zeros(len(stamps_s), dtype=bool)
     late_s = stamps_s - _robust_line(numbers, stamps_s)
     period_s = step_s(stamps_s)
     stalled = none.copy()
-    for first in np.flatnonzero(late_s > STRAYS_MOST_S).tolist():
+    for first in np.flatnonzero(late_s > MAX_STRAY_S).tolist():
         if not stalled[first]:  # from here on to where they are on the line again
             back = np.flatnonzero(late_s[first:] < 0.5 * period_s)
             if len(back) == 0 or (np.diff(late_s[first : first + back[0]]) > 0.5 * period_s).any():
                 return none
             stalled[first : first + back[0]] = True
-    believed = stalled.mean() <= STALLED_MOST_SHARE and late_s.max() < STALL_MOST_S and late_s.min() > -STRAYS_MOST_S
+    believed = stalled.mean() <= MAX_STALLED_FRACTION and late_s.max() < MAX_STALL_S and late_s.min() > -MAX_STRAY_S
     return stalled if believed else none
 
 

@@ -18,7 +18,7 @@ HEADER = struct.Struct(">H12s20sQQQ")
 EXTENDED = struct.Struct(">HHI")
 """Size of the extended header, of the metadata's header, of the metadata."""
 TRANSFORM = struct.Struct(">12f")
-LARGEST_BODY = 1 << 24
+MAX_BODY_BYTES = 1 << 24
 WANTED = ("TRANSFORM", "STRING")
 ASCII = 3
 TEXT_BEGINS = struct.calcsize(">HH")
@@ -47,7 +47,7 @@ class MessageStream:
         self._pending += data
         while len(self._pending) >= HEADER.size:
             version, kind, device, stamp, size, checksum = HEADER.unpack_from(self._pending)
-            if not 1 <= version <= 3 or size > LARGEST_BODY:
+            if not 1 <= version <= 3 or size > MAX_BODY_BYTES:
                 raise ValueError(f"does not speak OpenIGTLink (version {version}, {size} bytes)")
             if len(self._pending) < HEADER.size + size:
                 return

@@ -22,7 +22,7 @@ POSE = struct.Struct(">ii7d")
 SENDER, TYPE = -1, -2
 POSE_TYPE = "vrpn_Tracker Pos_Quat"
 ALIGN = 8
-LARGEST = 1 << 20
+MAX_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class VrpnStream:
             self._greeted = True
         while len(self._pending) >= HEADER.size:
             length, seconds, micros, sender, kind, _ = HEADER.unpack_from(self._pending)
-            if not HEADER.size <= length <= LARGEST:
+            if not HEADER.size <= length <= MAX_BYTES:
                 raise ValueError(f"sent a message of {length} bytes, which is no VRPN")
             whole = -(-length // ALIGN) * ALIGN
             if len(self._pending) < whole:

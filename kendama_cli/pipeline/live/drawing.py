@@ -65,7 +65,7 @@ def _checkpoints(planner: Planner, stage: StageStatus) -> CheckpointFolder | Non
     return CheckpointFolder(planner.store.checkpoint_folder(stage.name, stage.key))
 
 
-SHARE = 0.1
+MAX_FRACTION = 0.1
 """Largest part of one core that drawing takes."""
 LOOK_S = 1.0
 _NICE = 10
@@ -113,7 +113,7 @@ class Drawing:
             began_s = time.monotonic()
             if is_watched():
                 self.draw()
-            pause_s = max(LOOK_S, (time.monotonic() - began_s) / SHARE)
+            pause_s = max(LOOK_S, (time.monotonic() - began_s) / MAX_FRACTION)
 
     def finish(self) -> None:
         """Make ``follow`` return."""

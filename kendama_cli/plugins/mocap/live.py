@@ -12,7 +12,7 @@ import numpy as np
 
 from kendama_cli.devices.demonstrator.file import RecordedDemonstrator, hands_of
 from kendama_cli.devices.demonstrator.segments import checked_swings
-from kendama_cli.devices.demonstrator.settings import FARTHEST_M
+from kendama_cli.devices.demonstrator.settings import MAX_DISTANCE_M
 from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.devices.streams.live_figures import LiveFigures, Tell
 from kendama_cli.devices.streams.stream_file import StreamFile
@@ -72,7 +72,7 @@ class _Stream:
                 self.not_finite += 1
             elif self.stamps_s and stamp_s <= self.stamps_s[-1]:
                 self.not_rising += 1
-            elif (far_m := math.hypot(*place_m)) > FARTHEST_M:
+            elif (far_m := math.hypot(*place_m)) > MAX_DISTANCE_M:
                 raise ConfigError(
                     "capture.unit",
                     f"'{settings.body}' is {far_m:.4g} m from the tracker's origin, where no hand is; 'capture.unit' "

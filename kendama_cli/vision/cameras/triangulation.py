@@ -12,7 +12,7 @@ import numpy as np
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel
 
-NEAREST_DEPTH_M = 0.05
+MIN_DEPTH_M = 0.05
 
 
 class RayConstraints(NamedTuple):
@@ -76,7 +76,7 @@ def triangulate(sights: Sequence[RayConstraints]) -> Located | None:
             return None
         point = covariance @ (weighted.T @ (right * weight))
         depths = np.array([sight.depth_row @ point + sight.depth_right for sight in sights])
-        if not (depths > NEAREST_DEPTH_M).all():
+        if not (depths > MIN_DEPTH_M).all():
             return None
         weight = np.repeat(1.0 / depths, [len(sight.rows) for sight in sights])
     weighted = rows * weight[:, None]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.cameras.triangulation import NEAREST_DEPTH_M, RayConstraints
+from kendama_cli.vision.cameras.triangulation import MIN_DEPTH_M, RayConstraints
 from kendama_cli.vision.prediction.free_flight import FreeFlight
 
 UNKNOWNS = 6
@@ -17,7 +17,7 @@ MIN_FREEDOM = 8
 KNOWN_POSITION_M, KNOWN_VELOCITY_M_S = 0.005, 0.05
 """Once the ball is known so well, so are the depths that weight its pixels and the air that slows it, and the sums may
 begin. Ten times as much put cameras that expose one after another 6 to 76 mm off, where this leaves 0.05 to 0.3 mm."""
-MOST_EARLY_SIGHTS = 200
+MAX_EARLY_SIGHTS = 200
 
 
 class BallState(NamedTuple):
@@ -64,7 +64,7 @@ class BallisticFit:
             self._accumulate(t_s - self._start_s, sight, weighted=True)
         else:
             self._early.append((t_s - self._start_s, sight))
-            if len(self._early) > MOST_EARLY_SIGHTS and self._state is None:  # they did not suffice
+            if len(self._early) > MAX_EARLY_SIGHTS and self._state is None:  # they did not suffice
                 self.count -= len(self._early.pop(0)[1].right)
 
     def state(self, t_s: float) -> tuple[Array, Array] | None:
@@ -106,7 +106,7 @@ class BallisticFit:
         ahead = self.flight.transition(reference[3:], s).position_s
         scaled, right = sight.rows, sight.right
         if weighted:
-            weight = 1.0 / max(float(sight.depth_row @ position) + sight.depth_right, NEAREST_DEPTH_M)
+            weight = 1.0 / max(float(sight.depth_row @ position) + sight.depth_right, MIN_DEPTH_M)
             scaled, right = weight * scaled, weight * right
         whole = np.empty((len(right), UNKNOWNS + 1))
         whole[:, :3], whole[:, 3:UNKNOWNS], whole[:, UNKNOWNS] = scaled, scaled @ ahead, right - scaled @ position
@@ -127,7 +127,7 @@ class BallisticFit:
                 self._accumulate(s, sight, weighted=self._state is not None)
             if not self._step():
                 return
-        if self.within(KNOWN_POSITION_M, KNOWN_VELOCITY_M_S) or len(self._early) >= MOST_EARLY_SIGHTS:
+        if self.within(KNOWN_POSITION_M, KNOWN_VELOCITY_M_S) or len(self._early) >= MAX_EARLY_SIGHTS:
             self._early = None
 
     def _step(self) -> bool:

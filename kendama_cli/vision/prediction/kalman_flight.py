@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from kendama_cli.schema.arrays import Array
-from kendama_cli.vision.cameras.triangulation import NEAREST_DEPTH_M, RayConstraints
+from kendama_cli.vision.cameras.triangulation import MIN_DEPTH_M, RayConstraints
 from kendama_cli.vision.prediction.ballistic import MIN_FREEDOM, UNKNOWNS, BallisticFit, BallState
 from kendama_cli.vision.prediction.free_flight import FreeFlight
 from kendama_cli.vision.settings import ColouredMotion
@@ -93,10 +93,10 @@ class KalmanFlightFit:
         position, _ = self.flight.moved(self._mean[:3], self._mean[3:6], late)
         ahead = self.flight.transition(self._mean[3:6], late).position_s
         depth = float(sight.depth_row @ position) + sight.depth_right
-        rows = sight.rows / max(depth, NEAREST_DEPTH_M)
+        rows = sight.rows / max(depth, MIN_DEPTH_M)
         design = np.zeros((len(rows), STATES))
         design[:, :3], design[:, 3:6], design[:, 6:9] = rows, rows @ ahead, rows
-        innovation = sight.right / max(depth, NEAREST_DEPTH_M) - rows @ (position + self._mean[6:9])
+        innovation = sight.right / max(depth, MIN_DEPTH_M) - rows @ (position + self._mean[6:9])
         crossed = self._covariance @ design.T
         spread = design @ crossed + np.eye(len(rows))
         gain = np.linalg.solve(spread, crossed.T).T

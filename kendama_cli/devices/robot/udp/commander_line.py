@@ -13,13 +13,13 @@ from kendama_cli.devices.robot.udp.protocol import Datagram, Kind
 from kendama_cli.devices.robot.udp.seal import NONCE_BYTES, ForeignDatagramError, Seal, fresh_nonce, session_seal
 from kendama_cli.errors import HardwareError
 
-_AGAIN_S, _LONGEST_S = 0.05, 1.0
+_AGAIN_S, _MAX_AGAIN_S = 0.05, 1.0
 """What was not answered is sent again after the first, then after twice as long each time, up to the second."""
 _ASK_WHO_S = 2.0
 """After so long without an answer it is asked whether the session is still open there."""
 _HELD_S = 1.5
 """So long a robot that another commander has is asked again: that one may just have ended."""
-LONGEST_WAIT_S = 120.0
+MAX_WAIT_S = 120.0
 """Nobody is waited for longer: no RESET takes so long, no process that lives is suspended or busy for so long."""
 _HALTS = 3
 """HALT waits for no answer, so that it is sent so often."""
@@ -66,7 +66,7 @@ class Peer:
         """Return the next message, None where there is none; raises HardwareError."""
         self._line.settimeout(timeout_s)
         try:
-            return self._line.recv(protocol.LARGEST_BYTES + 1)
+            return self._line.recv(protocol.MAX_BYTES + 1)
         except ConnectionRefusedError:
             raise self._fail(self.ended() or "nothing listens there") from None
         except (TimeoutError, BlockingIOError):
@@ -94,7 +94,7 @@ class CommanderLine:
 
     Silence is counted only while this process listens, and only for ``silence_s``; not at all where the other process
     can be seen to live and waits for us (``lockstep``): it may be suspended, or busy. Nobody is waited for longer than
-    LONGEST_WAIT_S. ``exit_reason`` says how a process that we started ended, None while it lives; without it the
+    MAX_WAIT_S. ``exit_reason`` says how a process that we started ended, None while it lives; without it the
     socket of a process on this machine shows it.
     """
 
@@ -137,7 +137,7 @@ class CommanderLine:
             if hold_s:
                 self._counter += 1
             else:
-                wait_s = min(2 * wait_s, _LONGEST_S)
+                wait_s = min(2 * wait_s, _MAX_AGAIN_S)
 
     def fail(self, problem: str) -> HardwareError:
         """Halt the robot for good, because of ``problem``."""
@@ -173,7 +173,7 @@ class CommanderLine:
                 held_s, waited_s = held_s + wait_s, 0.0
             else:
                 self._judge_silence("HELLO", waited_s := waited_s + wait_s, self._silence_s, waited_s)
-            wait_s = min(2 * wait_s, _LONGEST_S)
+            wait_s = min(2 * wait_s, _MAX_AGAIN_S)
 
     def _await(self, expected: Kind, wait_s: float) -> bytes | Kind | None:
         """Return the payload that answers the last datagram, WORKING if the robot says so, None if neither came.
@@ -224,13 +224,13 @@ class CommanderLine:
         """Raise HardwareError where nobody can be there any more."""
         if (ended := self._peer.ended()) is not None:
             raise self.fail(ended)
-        if listened_s <= LONGEST_WAIT_S and self.lockstep and self._peer.seen_to_live():
+        if listened_s <= MAX_WAIT_S and self.lockstep and self._peer.seen_to_live():
             if waited_s >= _ASK_WHO_S:
                 self._reminder = fresh_nonce()
                 self._peer.send(self._greeting.pack(Datagram(Kind.HELLO, 0, 0, self._reminder)))
-        elif waited_s >= at_most_s or listened_s > LONGEST_WAIT_S:
+        elif waited_s >= at_most_s or listened_s > MAX_WAIT_S:
             hint = "; has it the same key?" if asked == "HELLO" else ""
-            limit_s = at_most_s if waited_s >= at_most_s else LONGEST_WAIT_S
+            limit_s = at_most_s if waited_s >= at_most_s else MAX_WAIT_S
             raise self.fail(f"no answer to {asked} within {limit_s:g} s{hint}")
 
     def _send_halt(self) -> None:

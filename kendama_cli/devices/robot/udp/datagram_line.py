@@ -6,7 +6,7 @@ import errno
 import socket
 from contextlib import suppress
 
-from kendama_cli.devices.robot.udp.protocol import LARGEST_BYTES
+from kendama_cli.devices.robot.udp.protocol import MAX_BYTES
 
 _BUFFER_BYTES = 1 << 22
 """Asked of the system, which may give less: room for a flood beside the commander's datagrams."""
@@ -24,7 +24,7 @@ class DatagramLine:
         """Return the next datagram's bytes, one more at most than any may have, with its sender; None if none comes."""
         self._line.settimeout(timeout_s)
         try:
-            data, sender = self._line.recvfrom(LARGEST_BYTES + 1)
+            data, sender = self._line.recvfrom(MAX_BYTES + 1)
         except (TimeoutError, BlockingIOError, ConnectionError):
             return None
         return data, sender

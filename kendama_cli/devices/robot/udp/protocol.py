@@ -20,16 +20,16 @@ from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 
 VERSION = 5
-LARGEST_BYTES = 4096
+MAX_BYTES = 4096
 """No datagram of this protocol is longer."""
 _WELCOME = struct.Struct("<BBddd")
 NAME_BYTES = 48
 _RESET = struct.Struct("<Q")
 _STATE = struct.Struct("<dIIB")
 _REASON_BYTES = 400
-MOST = 2**32 - 1
-_SHORTEST_S, _LONGEST_PERIOD_S, _LONGEST_WATCHDOG_S = 1e-4, 1.0, 3600.0
-_LARGEST = 1e6
+MAX_COUNT = 2**32 - 1
+_MIN_S, _MAX_PERIOD_S, _MAX_WATCHDOG_S = 1e-4, 1.0, 3600.0
+_MAX_LIMIT = 1e6
 """No limit of a joint is beyond this, in rad, rad/s, rad/s^2 or Nm."""
 _LIMITS = ("lower_rad", "upper_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm")
 
@@ -109,9 +109,9 @@ def unpack_welcome(payload: bytes) -> Welcome:
         raise DatagramError(f"malformed WELCOME of {len(payload)} bytes")
     n, realtime, period_s, watchdog_s, torque_period_s = _WELCOME.unpack_from(payload)
     for name, value, least_s, most_s in (
-        ("period", period_s, _SHORTEST_S, _LONGEST_PERIOD_S),
-        ("watchdog", watchdog_s, _SHORTEST_S, _LONGEST_WATCHDOG_S),
-        ("torque period", torque_period_s or _SHORTEST_S, _SHORTEST_S, _LONGEST_PERIOD_S),
+        ("period", period_s, _MIN_S, _MAX_PERIOD_S),
+        ("watchdog", watchdog_s, _MIN_S, _MAX_WATCHDOG_S),
+        ("torque period", torque_period_s or _MIN_S, _MIN_S, _MAX_PERIOD_S),
     ):
         if not least_s <= value <= most_s:
             raise DatagramError(f"the WELCOME says a {name} of {value:g} s; allowed: {least_s:g} to {most_s:g}")
@@ -138,7 +138,7 @@ def unpack_welcome(payload: bytes) -> Welcome:
 def _check_limits(names: tuple[str, ...], values: Array) -> None:
     """Raise DatagramError for limits (5, n) within which no joint can move, or that are none."""
     lower, upper = values[:2]
-    wrong = ~(np.isfinite(values) & (np.abs(values) <= _LARGEST)).all(axis=0) | ~(lower < upper)
+    wrong = ~(np.isfinite(values) & (np.abs(values) <= _MAX_LIMIT)).all(axis=0) | ~(lower < upper)
     wrong |= ~(values[2:] > 0).all(axis=0)
     if wrong.any():
         joint = int(wrong.argmax())
@@ -174,7 +174,7 @@ def unpack_command(payload: bytes, n: int) -> JointCommand:
 def pack_report(report: Report) -> bytes:
     """Pack the payload of STATE."""
     sent, state = report.exchange.sent, report.exchange.state
-    counts = report.missed & MOST, report.ignored & MOST  # of 32 bits: they begin anew at 0
+    counts = report.missed & MAX_COUNT, report.ignored & MAX_COUNT  # of 32 bits: they begin anew at 0
     return _STATE.pack(report.exchange.t_s, *counts, state.caught) + as_bytes(
         sent.position_rad,
         sent.velocity_rad_s,

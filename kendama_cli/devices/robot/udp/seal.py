@@ -93,7 +93,7 @@ def fresh_nonce() -> bytes:
     return nonce
 
 
-_LARGEST = 4096
+_MAX_BYTES = 4096
 
 
 def read_key(path: str) -> bytes:
@@ -102,7 +102,7 @@ def read_key(path: str) -> bytes:
     try:
         with file.open("rb") as stream:
             facts = os.fstat(stream.fileno())
-            text = stream.read(_LARGEST)
+            text = stream.read(_MAX_BYTES)
     except OSError as error:
         remedy = f"make one with 'kendama robot key {path}' and give the robot the same"
         raise InputError(str(file), f"the key cannot be read: {error.strerror}", remedy=remedy) from None

@@ -8,11 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from kendama_cli.devices.robot.interface import BodyPose, ContactTruth, RobotState, TorqueExchange
-from kendama_cli.devices.robot.udp.protocol import MOST, NAME_BYTES, DatagramError, as_bytes, expect, finite, floats
+from kendama_cli.devices.robot.udp.protocol import (
+    MAX_COUNT,
+    NAME_BYTES,
+    DatagramError,
+    as_bytes,
+    expect,
+    finite,
+    floats,
+)
 from kendama_cli.robot_model.joint_torque import JointTorque
 
 _STATE = struct.Struct(f"<dIIBBB{NAME_BYTES}s")
-_MOST_BODIES = 20
+_MAX_BODIES = 20
 """So many movable bodies fit into one datagram beside the joints of any arm."""
 
 
@@ -40,9 +48,9 @@ def pack_torque_report(report: TorqueReport) -> bytes:
     """Pack the payload of TORQUE_STATE; raises DatagramError if the scene does not fit into it."""
     exchange, state = report.exchange, report.exchange.state
     truth = exchange.truth or ContactTruth("", ())
-    if len(truth.bodies) > _MOST_BODIES:
-        raise DatagramError(f"a scene of {len(truth.bodies)} movable bodies; at most {_MOST_BODIES} fit a datagram")
-    counts = report.missed & MOST, report.ignored & MOST
+    if len(truth.bodies) > _MAX_BODIES:
+        raise DatagramError(f"a scene of {len(truth.bodies)} movable bodies; at most {_MAX_BODIES} fit a datagram")
+    counts = report.missed & MAX_COUNT, report.ignored & MAX_COUNT
     scene = exchange.truth is not None, len(truth.bodies), _name(truth.touched)
     head = _STATE.pack(exchange.t_s, *counts, state.caught, *scene)
     poses = [as_bytes(one.position_m, one.rotation.ravel()) for one in truth.bodies]

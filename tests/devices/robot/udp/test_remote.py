@@ -244,7 +244,7 @@ class _Silent(threading.Thread):
 
 @pytest.mark.parametrize("welcomes", [True, False], ids=["a_reset_that_never_ends", "a_process_that_says_nothing"])
 def test_nobody_is_waited_for_without_a_limit(welcomes: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(commander_line, "LONGEST_WAIT_S", 1.0)
+    monkeypatch.setattr(commander_line, "MAX_WAIT_S", 1.0)
     controller = _Silent(welcomes=welcomes)
     controller.start()
     try:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kendama_cli.devices.robot.interface import BodyPose, ContactTruth, RobotState, TorqueExchange
-from kendama_cli.devices.robot.udp.protocol import LARGEST_BYTES, DatagramError
+from kendama_cli.devices.robot.udp.protocol import MAX_BYTES, DatagramError
 from kendama_cli.devices.robot.udp.torque_protocol import (
     TorqueReport,
     pack_torque,
@@ -34,7 +34,7 @@ def _report(rng: np.random.Generator, n: int, names: list[str], touched: str) ->
 def test_a_report_comes_back_bit_for_bit_and_fits_a_datagram(seed: int, n: int, names: list[str]) -> None:
     report = _report(np.random.default_rng(seed), n, names, names[0] if names else "")
     packed = pack_torque_report(report)
-    assert len(packed) < LARGEST_BYTES - 64
+    assert len(packed) < MAX_BYTES - 64
     back = unpack_torque_report(packed, n)
     assert pack_torque_report(back) == packed
     assert back.missed == 7
