@@ -45,10 +45,10 @@ class StateGrid:
 
     def cell(self, state: SwingState) -> tuple[int, ...]:
         """Return the bin of each coordinate, in the order of ``shape``."""
-        place = self.place(state) % self.n_states
+        index = self.place(state) % self.n_states
         bins = []
         for n in reversed(self.shape):
-            place, bin_ = divmod(place, n)
+            index, bin_ = divmod(index, n)
             bins.append(bin_)
         return tuple(reversed(bins))
 
@@ -63,14 +63,14 @@ class StateGrid:
 
 def place_of(bins: Bins, x_m: float, velocity_m_s: float, angle_rad: float, rate_rad_s: float) -> int:
     """Return the row of a state, see StateGrid.place."""
-    place = 0
+    index = 0
     if bins.mirrored and x_m < 0.0:
         x_m, velocity_m_s, angle_rad, rate_rad_s = -x_m, -velocity_m_s, -angle_rad, -rate_rad_s
-        place = len(bins.position) + 1
-    place += _bin(bins.position, abs(x_m) if bins.distance else x_m)
-    place = place * (len(bins.velocity) + 1) + _bin(bins.velocity, velocity_m_s)
-    place = place * bins.angles + math.floor(angle_rad * bins.per_rad + 0.5) % bins.angles
-    return int(place * (len(bins.rate) + 1) + _bin(bins.rate, rate_rad_s))
+        index = len(bins.position) + 1
+    index += _bin(bins.position, abs(x_m) if bins.distance else x_m)
+    index = index * (len(bins.velocity) + 1) + _bin(bins.velocity, velocity_m_s)
+    index = index * bins.angles + math.floor(angle_rad * bins.per_rad + 0.5) % bins.angles
+    return int(index * (len(bins.rate) + 1) + _bin(bins.rate, rate_rad_s))
 
 
 def _bin(edges: Any, value: float) -> int:

@@ -65,18 +65,18 @@ def draw_harmonic(learn: LearnSettings, rng: Generator) -> DrawnHarmonic:
 
 
 def vary_harmonic(
-    settings: ExplorationSettings, drawn: DrawnHarmonic, rng: Generator, *, succeeded: bool
+    settings: ExplorationSettings, sampled: DrawnHarmonic, rng: Generator, *, succeeded: bool
 ) -> DrawnHarmonic:
-    """Return ``drawn`` with another frequency and amplitude near by.
+    """Return ``sampled`` with another frequency and amplitude near by.
 
     Until anything has ``succeeded``, now and then farther off: small steps alone stay at near misses.
     """
     low, high = (1.0, 1.0) if succeeded else settings.spread_scales
     scale = low * (high / low) ** rng.random()
     frequency, amplitude = (scale * rng.standard_normal(2)).tolist()
-    return drawn._replace(
-        frequency_rad_s=drawn.frequency_rad_s * (1.0 + settings.frequency_spread * frequency),
-        amplitude=drawn.amplitude * (1.0 + settings.amplitude_spread * amplitude),
+    return sampled._replace(
+        frequency_rad_s=sampled.frequency_rad_s * (1.0 + settings.frequency_spread * frequency),
+        amplitude=sampled.amplitude * (1.0 + settings.amplitude_spread * amplitude),
     )
 
 
@@ -88,11 +88,11 @@ class Harmonic:
     acceleration drifts out of a workspace that has no limiter, a harmonic place does not.
     """
 
-    def __init__(self, learn: LearnSettings, drawn: DrawnHarmonic) -> None:
+    def __init__(self, learn: LearnSettings, sampled: DrawnHarmonic) -> None:
         self._actions = learn.actions_m_s2
         self._largest = learn.max_action_m_s2
         self._drives_place = drives_place(learn)
-        self.drawn = drawn
+        self.drawn = sampled
         self._bang_bang = learn.harmonic.bang_bang
 
     def action(self, t_s: float, state: SwingState, greedy: int) -> int:
@@ -125,15 +125,15 @@ class EpsilonGreedy:
         return greedy
 
 
-def explorer(learn: LearnSettings, count: LearningCount, lucky: Sequence[DrawnHarmonic], rng: Generator) -> Explorer:
+def explorer(learn: LearnSettings, count: LearningCount, elite: Sequence[DrawnHarmonic], rng: Generator) -> Explorer:
     """Return a newly sampled explorer for the rollout after ``count``, of the kind that the settings name.
 
-    ``lucky`` are the harmonics to vary.
+    ``elite`` are the harmonics to vary.
     """
     settings = learn.exploration
     if settings.kind == "epsilon_greedy":
         return EpsilonGreedy(settings, learn, count.rollouts, rng)
-    if lucky and rng.random() < settings.mutation_fraction:
-        chosen = lucky[int(rng.integers(len(lucky)))]
+    if elite and rng.random() < settings.mutation_fraction:
+        chosen = elite[int(rng.integers(len(elite)))]
         return Harmonic(learn, vary_harmonic(settings, chosen, rng, succeeded=count.succeeded_ever))
     return Harmonic(learn, draw_harmonic(learn, rng))

@@ -41,10 +41,10 @@ class HarmonicPolicy(BinActor):
         super().__init__(settings)
         self.play(_harmonic_of(artifact))
 
-    def play(self, drawn: DrawnHarmonic) -> None:
-        """Begin a rollout that replays ``drawn``."""
-        self._drawn = drawn
-        self._harmonic = Harmonic(self._settings, drawn)
+    def play(self, sampled: DrawnHarmonic) -> None:
+        """Begin a rollout that replays ``sampled``."""
+        self._drawn = sampled
+        self._harmonic = Harmonic(self._settings, sampled)
         self._let_go()
 
     def begin_rollout(self) -> None:

@@ -54,13 +54,13 @@ def link_shapes(path: str, holders: Mapping[str, tuple[str, Any]], rgb: tuple[fl
     return solids
 
 
-def thinned(vertices_m: Array, triangles: NDArray[np.int64], most: int) -> tuple[Array, NDArray[np.int64]]:
-    """Return the mesh with at most ``most`` triangles: vertices in the same cell of an ever coarser grid become
+def thinned(vertices_m: Array, triangles: NDArray[np.int64], maximum: int) -> tuple[Array, NDArray[np.int64]]:
+    """Return the mesh with at most ``maximum`` triangles: vertices in the same cell of an ever coarser grid become
     their mean.
     """
     low, extent = vertices_m.min(axis=0), float(np.ptp(vertices_m, axis=0).max())
     cells, points, corners = 512.0, vertices_m, triangles
-    while len(corners) > most:
+    while len(corners) > maximum:
         cell = np.floor((vertices_m - low) / (extent / cells)).astype(np.int64)
         _, label = np.unique(cell, axis=0, return_inverse=True)
         label = label.reshape(-1)

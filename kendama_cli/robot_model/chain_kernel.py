@@ -117,23 +117,23 @@ def rotated_row(row: Vector, axis: Vector, cosine: float, sine: float) -> Vector
 
 
 @compiled
-def frames(chain: Chain, angles: Array, turns: Array, shifts: Array) -> None:
+def frames(chain: Chain, angles: Array, rotations: Array, shifts: Array) -> None:
     """Compute rotations (n + 1, 3, 3) and positions (n + 1, 3) of root and links for ``angles`` (n,), into these
     arrays.
     """
     for r in range(3):  # number by number here and below: an array assigned to a row takes seconds to compile
         shifts[0, r] = 0.0
         for k in range(3):
-            turns[0, r, k] = 1.0 if r == k else 0.0
+            rotations[0, r, k] = 1.0 if r == k else 0.0
     for i in range(len(angles)):
         axis = chain.axes[i, 0], chain.axes[i, 1], chain.axes[i, 2]
         c, s = math.cos(angles[i]), math.sin(angles[i])
         for r in range(3):  # the rotation so far, times Rodrigues' rotation about the axis
-            row = turns[i, r, 0], turns[i, r, 1], turns[i, r, 2]
-            turns[i + 1, r, 0], turns[i + 1, r, 1], turns[i + 1, r, 2] = rotated_row(row, axis, c, s)
+            row = rotations[i, r, 0], rotations[i, r, 1], rotations[i, r, 2]
+            rotations[i + 1, r, 0], rotations[i + 1, r, 1], rotations[i + 1, r, 2] = rotated_row(row, axis, c, s)
             shift = shifts[i, r]
             for k in range(3):
-                shift += (turns[i, r, k] - turns[i + 1, r, k]) * chain.origins[i, k]
+                shift += (rotations[i, r, k] - rotations[i + 1, r, k]) * chain.origins[i, k]
             shifts[i + 1, r] = shift
 
 
@@ -153,15 +153,15 @@ def cross(a: Array, b: Array) -> Array:
 
 
 @compiled
-def task(chain: Chain, tool: ToolGeometry, turns: Array, shifts: Array, jacobian: Array) -> Array:
+def task(chain: Chain, tool: ToolGeometry, rotations: Array, shifts: Array, jacobian: Array) -> Array:
     """Return the tie point and the missing rotation about x and y to upright (5,); ``jacobian`` (5, n) gets the
     Jacobian.
     """
     n = len(chain.axes)
-    tie = put(turns[n], shifts[n], tool.tie_m)
-    up = turns[n, :, 0] * tool.axis[0] + turns[n, :, 1] * tool.axis[1] + turns[n, :, 2] * tool.axis[2]
+    tie = put(rotations[n], shifts[n], tool.tie_m)
+    up = rotations[n, :, 0] * tool.axis[0] + rotations[n, :, 1] * tool.axis[1] + rotations[n, :, 2] * tool.axis[2]
     for i in range(n):
-        o, a, t = chain.origins[i], chain.axes[i], turns[i]
+        o, a, t = chain.origins[i], chain.axes[i], rotations[i]
         x = t[0, 0] * a[0] + t[0, 1] * a[1] + t[0, 2] * a[2]
         y = t[1, 0] * a[0] + t[1, 1] * a[1] + t[1, 2] * a[2]
         z = t[2, 0] * a[0] + t[2, 1] * a[1] + t[2, 2] * a[2]

@@ -71,13 +71,13 @@ class Stepper:
 
     def __init__(
         self,
-        worlds: WorldPair,
+        pair: WorldPair,
         control: JointControl,
         scene: Scene,
         ball: TetheredBall | None,
         sensor: ContactSensor | None,
     ) -> None:
-        self._worlds, self._control, self._scene = worlds, control, scene
+        self._worlds, self._control, self._scene = pair, control, scene
         self._ball, self._sensor = ball, sensor
         self._alone = ball is not None and not scene.bodies
         self._apart, self._held = False, True  # a description may have given the joints a friction for DART to find
