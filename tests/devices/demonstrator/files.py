@@ -17,10 +17,10 @@ CONF = Path(__file__).parents[3] / "conf" / "capture"
 
 
 def file_settings(path: Any, name: str = "file", **changes: Any) -> FileCapture:
-    """conf/capture/<name>.yaml for ``path`` (one or a list); nested groups are changed key by key."""
-    data = yaml.safe_load((CONF / f"{name}.yaml").read_text())
-    data["path"] = [str(one) for one in path] if isinstance(path, (list, tuple)) else str(path)
-    for key, value in changes.items():
+    """conf/capture/<name>.yaml over file.yaml for ``path`` (one or a list); nested groups are changed key by key."""
+    data, own = (yaml.safe_load((CONF / f"{one}.yaml").read_text()) for one in ("file", name))
+    paths = [str(one) for one in path] if isinstance(path, (list, tuple)) else str(path)
+    for key, value in (*own.items(), *changes.items(), ("path", paths)):
         data[key] = {**data[key], **value} if isinstance(value, dict) else value
     return build(FileCapture, data, "capture")
 
