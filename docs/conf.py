@@ -12,7 +12,7 @@ project_copyright = "the kendama contributors"
 author = "The kendama developers"
 release = version = kendama_cli.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "declared", "mathml"]
-exclude_patterns = ["README.md"]
+exclude_patterns = ["README.md", "site"]  # a release has the built site there
 myst_heading_anchors = 3
 myst_enable_extensions = ["dollarmath"]
 html_math_renderer = "mathml"

@@ -1,7 +1,10 @@
-"""``kendama docs``: the pages of docs/ as a site, built on this machine, without a network."""
+"""``kendama docs``: the pages of docs/ as a site, without a network: bundled with a release, else built here."""
 
 from __future__ import annotations
 
+import tempfile
+import time
+import webbrowser
 from pathlib import Path
 from typing import Annotated
 
@@ -12,19 +15,37 @@ from kendama_cli.cli.options import Home
 from kendama_cli.config.site import bundled_root, find_site
 from kendama_cli.errors import KendamaError, MissingPartError, install_line
 
+BUNDLED = "site"
+"""Folder of the bundled pages in which a release has them as a site; CONTRIBUTING.md says how it gets there."""
+
 
 def docs(
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Folder to build in [docs/ in the home folder]."),
+        typer.Option("-o", "--output", metavar="DIR", help="Build into this folder [docs/ in the home folder]."),
     ] = None,
     show: Annotated[bool, typer.Option("--show/--no-show", help="Open the first page in the browser.")] = True,
     home: Home = None,
 ) -> None:
-    """Build the documentation as a site and open it; needs the extra 'docs', and no network."""
-    import webbrowser
-
+    """Open the documentation as a site; from a checkout, build it first (extra 'docs', no network, about a minute)."""
     pages = bundled_root() / "docs"
+    first = pages / BUNDLED / "index.html"
+    if output is not None:
+        with tempfile.TemporaryDirectory() as doctrees:
+            first = _built(pages, output, Path(doctrees))
+    elif pages.parent.name != "bundled" or not first.is_file():
+        from kendama_cli.store.home import claim
+
+        site = find_site(home).home / "docs"
+        claim(site.parent)
+        first = _built(pages, site, site / ".doctrees")
+    render.text(str(first))
+    if show:
+        webbrowser.open(first.absolute().as_uri())
+
+
+def _built(pages: Path, site: Path, doctrees: Path) -> Path:
+    """Build the site and return the path of its first page."""
     try:
         import furo  # noqa: F401 - what conf.py names
         import myst_parser  # noqa: F401
@@ -34,19 +55,13 @@ def docs(
             raise
         message = f"'kendama docs' needs {error.name}: {install_line('docs')}; the pages lie as text in {pages}"
         raise MissingPartError(str(error.name), message) from None
-    if output is None:
-        from kendama_cli.store.home import claim
-
-        output = find_site(home).home / "docs"
-        claim(output.parent)
-    site = output
     try:
         site.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise KendamaError(f"--output {site}: {error.strerror}; name a folder that can be written") from None
-    if build_main(["-q", "-b", "html", "-d", str(site / ".doctrees"), str(pages), str(site)]):
+    render.note("building the site: about a minute the first time")
+    start_s = time.monotonic()
+    if build_main(["-q", "-b", "html", "-d", str(doctrees), str(pages), str(site)]):
         raise KendamaError(f"the pages in {pages} could not be built; the lines above say where")
-    first = site / "index.html"
-    render.text(str(first))
-    if show:
-        webbrowser.open(first.absolute().as_uri())
+    render.note(f"built in {time.monotonic() - start_s:.0f} s")
+    return site / "index.html"

@@ -14,6 +14,7 @@ from urllib.parse import unquote
 import pytest
 from typer.main import get_command
 
+from kendama_cli.cli import docs
 from kendama_cli.cli.app import app
 from kendama_cli.pipeline.catalogue import pipeline_names
 from kendama_cli.schema.declaration import find_stage, stage_names
@@ -77,11 +78,27 @@ def test_without_sphinx_one_line_says_what_to_install(tmp_path: Path) -> None:
     assert "needs furo: pip install '.[docs]'" in done.stderr
 
 
+def test_a_release_opens_the_site_that_it_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = tmp_path / "bundled" / "docs" / "site" / "index.html"
+    first.parent.mkdir(parents=True)
+    first.write_text("<p>pages</p>")
+    opened: list[str] = []
+    monkeypatch.setattr(docs, "bundled_root", lambda: tmp_path / "bundled")
+    monkeypatch.setattr(docs, "_built", lambda *_: pytest.fail("built"))
+    monkeypatch.setattr(docs.webbrowser, "open", opened.append)
+    docs.docs(None, show=True, home=None)
+    assert opened == [first.as_uri()]
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_the_site_is_built_without_a_warning_and_no_link_leads_nowhere(tmp_path: Path) -> None:
     done = subprocess.run([*COMMAND, "-o", "site"], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.returncode == 0
+    said = done.stderr.splitlines()
+    assert said[:1] == ["building the site: about a minute the first time"]
+    assert re.fullmatch(r"built in \d+ s", said[-1])
+    assert len(said) == 2, done.stderr
     site = tmp_path / "site"
     pages = {path.resolve(): path.read_text() for path in site.rglob("*.html") if "_static" not in path.parts}
     assert len(pages) > 25
