@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from kendama_cli.adaptation.perturbed_simulations import MotionVariation
+from kendama_cli.adaptation.search_record import MotionVariation
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError

@@ -11,8 +11,16 @@ from math import hypot
 import numpy as np
 from scipy.special import ndtr
 
-from kendama_cli.adaptation.perturbed_simulations import BLOCK, MAX_BLOCKS, Attempt, MotionVariation, Repeat, Trial
-from kendama_cli.adaptation.search_record import Bounds, Search
+from kendama_cli.adaptation.search_record import (
+    BLOCK,
+    MAX_BLOCKS,
+    Attempt,
+    Bounds,
+    MotionVariation,
+    Repeat,
+    Search,
+    Trial,
+)
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.adaptation.time_scaling import (
     CENTRED_M,

@@ -6,8 +6,7 @@ import math
 from collections.abc import Sequence
 
 from kendama_cli.adaptation.catch_family import BUMPED, CatchFamily
-from kendama_cli.adaptation.perturbed_simulations import Attempt, MotionVariation, Repeat, Trial
-from kendama_cli.adaptation.search_record import Search
+from kendama_cli.adaptation.search_record import Attempt, MotionVariation, Repeat, Search, Trial
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.learning.parameter_search import Generation, parameter_search
 from kendama_cli.physics.rim_crossing import SLACK_S

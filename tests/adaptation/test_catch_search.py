@@ -17,8 +17,15 @@ from kendama_cli.adaptation.catch_search import (
     next_evaluation,
     winner,
 )
-from kendama_cli.adaptation.perturbed_simulations import Attempt, MotionVariation, PerturbedSimulations, Repeat, Trial
-from kendama_cli.adaptation.search_record import Bounds, Search
+from kendama_cli.adaptation.search_record import (
+    Attempt,
+    Bounds,
+    MotionVariation,
+    PerturbedSimulations,
+    Repeat,
+    Search,
+    Trial,
+)
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.schema.artifacts import from_plain, to_plain
 from kendama_cli.schema.settings import build

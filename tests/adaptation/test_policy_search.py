@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kendama_cli.adaptation.perturbed_simulations import Attempt, MotionVariation, PerturbedSimulations, Repeat, Trial
 from kendama_cli.adaptation.policy_search import FORBIDDEN_M, PolicySearch, cost_m
-from kendama_cli.adaptation.search_record import Search
+from kendama_cli.adaptation.search_record import Attempt, MotionVariation, PerturbedSimulations, Repeat, Search, Trial
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.artifacts import from_plain, to_plain

@@ -7,7 +7,7 @@ import functools
 
 import numpy as np
 
-from kendama_cli.adaptation.perturbed_simulations import Perturbation
+from kendama_cli.adaptation.search_record import Perturbation
 from kendama_cli.control.visual_catch import VisualCatch
 from kendama_cli.simulation.dart.arm_errors import ArmErrors, WorldErrors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout

@@ -8,8 +8,7 @@ import math
 import numpy as np
 
 from kendama_cli.adaptation.catch_search import MIN_APEX_M, TauSearch, nearest_attempt
-from kendama_cli.adaptation.perturbed_simulations import Attempt, MotionVariation
-from kendama_cli.adaptation.search_record import Bounds, CatchSearch, Search
+from kendama_cli.adaptation.search_record import Attempt, Bounds, CatchSearch, MotionVariation, Search
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.proportion import success_interval

@@ -5,9 +5,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
-from kendama_cli.adaptation.perturbed_simulations import Attempt, Perturbation, Trial
 from kendama_cli.adaptation.policy_search import cost_m
-from kendama_cli.adaptation.search_record import Search
+from kendama_cli.adaptation.search_record import Attempt, Perturbation, Search, Trial
 from kendama_cli.adaptation.time_scaling import Window
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.motion.dmp.heading import heading_turn

@@ -10,9 +10,16 @@ from typing import Any
 
 from kendama_cli.adaptation.catch_family import CatchFamily, playable_tilt
 from kendama_cli.adaptation.catch_search import TauSearch
-from kendama_cli.adaptation.perturbed_simulations import MotionVariation, PerturbedSimulations, Trial
 from kendama_cli.adaptation.policy_search import PolicySearch
-from kendama_cli.adaptation.search_record import MOUTH_SHARE, Bounds, CatchSearch, Search
+from kendama_cli.adaptation.search_record import (
+    MOUTH_SHARE,
+    Bounds,
+    CatchSearch,
+    MotionVariation,
+    PerturbedSimulations,
+    Search,
+    Trial,
+)
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.kendama_model import KendamaModel
 from kendama_cli.artifacts.motion_plan import MotionPlan

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kendama_cli.adaptation.catch_family import CatchFamily
-from kendama_cli.adaptation.perturbed_simulations import Attempt, MotionVariation, Perturbation, Repeat, Trial
-from kendama_cli.adaptation.search_record import Search
+from kendama_cli.adaptation.search_record import Attempt, MotionVariation, Perturbation, Repeat, Search, Trial
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.control.catch_reach import lacking_reach

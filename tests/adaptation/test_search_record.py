@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.adaptation.perturbed_simulations import (
+from kendama_cli.adaptation.search_record import (
     BLOCK,
     MAX_BLOCKS,
     MotionVariation,
