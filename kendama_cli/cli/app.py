@@ -20,6 +20,7 @@ from kendama_cli.cli.motion import motion_app
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, On, Overrides, PipelineName, Until
 from kendama_cli.cli.robot import robot_app
 from kendama_cli.cli.runs import diff, runs_app
+from kendama_cli.cli.settings import config, explain
 from kendama_cli.cli.setup import setup_app
 from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
@@ -33,7 +34,7 @@ app = typer.Typer(
     name="kendama",
     cls=open_group(),
     help="Teach a robot the ball-in-a-cup game: from a recorded swing to an arm that catches.",
-    no_args_is_help=True,
+    invoke_without_command=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -45,8 +46,10 @@ app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")
 app.add_typer(runs_app, name="runs")
 app.add_typer(setup_app, name="setup")
+app.command()(config)
 app.command()(diff)
 app.command()(docs)
+app.command()(explain)
 USAGE = 2
 
 
@@ -60,6 +63,7 @@ def _show_version(wanted: bool) -> None:
 
 @app.callback()
 def before_any_command(
+    context: typer.Context,
     home: Home = None,
     config_dir: ConfigDir = None,
     version: Annotated[
@@ -71,6 +75,10 @@ def before_any_command(
         os.environ["KENDAMA_HOME"] = str(home)
     if config_dir is not None:
         os.environ["KENDAMA_CONFIG_DIR"] = str(config_dir)
+    if context.invoked_subcommand is None:
+        from kendama_cli.cli.welcome import welcome
+
+        welcome(find_site())
 
 
 @app.command()
@@ -91,7 +99,10 @@ def run(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> int:
-    """Run a pipeline; what is cached is not computed again."""
+    """Run a pipeline; what is cached is not computed again.
+
+    Example: kendama run -p imitation robot=ur5
+    """
     began_s = time.time()
     from kendama_cli.cli.run_work import run_pipeline
     from kendama_cli.cli.watch import WatchOptions
@@ -121,50 +132,13 @@ def plan(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Show the stages that would run, and why."""
+    """Show the stages that would run, and why.
+
+    Example: kendama plan learn.alpha=0.5
+    """
     from kendama_cli.cli.run_work import show_plan
 
     show_plan(find_site(home, config_dir), pipeline, until, overrides or [], force or [], as_json=as_json)
-
-
-@app.command()
-def config(
-    overrides: Overrides = None,
-    migrate: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Instead, rewrite a YAML of settings of an older version by today's names."),
-    ] = None,
-    home: Home = None,
-    config_dir: ConfigDir = None,
-) -> None:
-    """Print the resolved configuration as YAML."""
-    site = find_site(home, config_dir)
-    if migrate is not None:
-        from kendama_cli.cli.migrate import migrate_settings
-
-        migrate_settings(site, migrate)
-        return
-    from kendama_cli.cli.run_work import show_configuration
-
-    show_configuration(site, overrides or [])
-
-
-@app.command()
-def explain(
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NAME", help="A key, metric, stage, topic or figure.", autocompletion=completion.explained
-        ),
-    ],
-    as_json: Json = False,
-    home: Home = None,
-    config_dir: ConfigDir = None,
-) -> None:
-    """Explain a setting, metric, stage, topic or figure."""
-    from kendama_cli.cli.explain import explain as explain_name
-
-    explain_name(find_site(home, config_dir), name, as_json=as_json)
 
 
 @app.command()
@@ -195,7 +169,10 @@ def report(
     ] = None,
     home: Home = None,
 ) -> None:
-    """Make a self-contained HTML page from the logs of a run, or of several beside each other."""
+    """Make a self-contained HTML page from the logs of a run, or of several beside each other.
+
+    Example: kendama report last -o report.html
+    """
     from kendama_cli.pipeline.run_selection import select_runs
 
     records = select_runs(find_site(home).home, runs or [])
@@ -235,7 +212,10 @@ def sweep(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> int:
-    """Run every combination of overrides such as learn.alpha=0.3,0.5 or 'seed=range(0,10)'."""
+    """Run every combination of overrides such as learn.alpha=0.3,0.5 or 'seed=range(0,10)'.
+
+    Example: kendama sweep learn.alpha=0.3,0.5 'seed=range(0,10)'
+    """
     from kendama_cli.cli.sweep_work import sweep_pipeline
 
     site = find_site(home, config_dir)
@@ -246,7 +226,10 @@ def sweep(
 
 @app.command()
 def doctor(as_json: Json = False) -> int:
-    """Show installed and missing packages, and the needs of each optional part."""
+    """Show installed and missing packages, and the needs of each optional part.
+
+    Example: kendama doctor
+    """
     import dataclasses
 
     from kendama_cli.cli.doctor import examine  # tries every import

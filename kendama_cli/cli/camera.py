@@ -26,7 +26,10 @@ def camera_colour(
         "ball.json"
     ),
 ) -> None:
-    """Learn the ball's colour from images in which one points at it."""
+    """Learn the ball's colour from images in which one points at it.
+
+    Example: kendama camera colour -o colour.yaml ball.png=320,240
+    """
     from kendama_cli.cli.camera_work import learn_ball  # OpenCV
 
     learn_ball(clicks, radius_px, output)
@@ -43,7 +46,10 @@ def camera_check(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Look through the configured cameras: frame rate, latency, and what the detector sees."""
+    """Look through the configured cameras: frame rate, latency, and what the detector sees.
+
+    Example: kendama camera check camera=device
+    """
     from kendama_cli.cli.camera_work import check  # OpenCV and compiled code
 
     check(find_site(home, config_dir), overrides or [], seconds, output, as_json=as_json)

@@ -27,7 +27,10 @@ def docs(
     show: Annotated[bool, typer.Option("--show/--no-show", help="Open the first page in the browser.")] = True,
     home: Home = None,
 ) -> None:
-    """Open the documentation as a site; from a checkout, build it first (extra 'docs', no network, about a minute)."""
+    """Open the documentation as a site; from a checkout, build it first (extra 'docs', no network, about a minute).
+
+    Example: kendama docs
+    """
     pages = bundled_root() / "docs"
     first = pages / BUNDLED / "index.html"
     if output is not None:

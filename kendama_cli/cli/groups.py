@@ -7,6 +7,7 @@ listed in a group's help.
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import typer
@@ -17,6 +18,16 @@ from kendama_cli.errors import KendamaError, UsageError
 from kendama_cli.schema.registry import comes_with, declared, resolve
 
 COMMANDS = "kendama.commands"
+LONGEST_SUMMARY = 400
+SECTIONS = {
+    "Run": ("run", "plan", "sweep", "config"),
+    "Look": ("report", "runs", "diff", "explain", "log", "motion"),
+    "Record": ("camera",),
+    "Robots": ("robot", "setup"),
+    "Teach": (),
+    "Housekeeping": ("docs", "doctor", "cache"),
+}
+"""Sections of ``kendama --help`` with our own commands in the order of use; a part's module has a ``SECTION``."""
 
 
 def open_group(place: str = "") -> type[TyperGroup]:
@@ -32,20 +43,55 @@ def open_group(place: str = "") -> type[TyperGroup]:
             names = (name.removeprefix(before) for name in sorted(declared(COMMANDS)) if name.startswith(before))
             return [*own, *(name for name in names if "." not in name and name not in own)]
 
+        def format_commands(self, ctx: Any, formatter: Any) -> None:
+            """Write the commands with whole summaries, in the sections of ``kendama`` where they stand in some."""
+            rows: dict[str, list[tuple[str, str]]] = {}
+            for name in self.list_commands(ctx):
+                command = self.get_command(ctx, name)
+                if command is not None and not command.hidden:
+                    section = "Commands" if place else section_of(name)
+                    rows.setdefault(section, []).append((name, command.get_short_help_str(LONGEST_SUMMARY)))
+            for section in sorted(rows, key=lambda one: (*SECTIONS, one).index(one)):
+                with formatter.section(section):
+                    formatter.write_dl(sorted(rows[section], key=lambda row: _order(section, row[0])))
+
         def get_command(self, ctx: Any, cmd_name: str) -> Any:
             """Return the command ``cmd_name``; None where there is none. Raises UsageError where a part brings it."""
             own = super().get_command(ctx, cmd_name)
             if own is not None:
-                return own
+                return _with_words(own)
             target = declared(COMMANDS).get(before + cmd_name)
             if target is not None:
-                return _brought(cmd_name, target, self)
+                return _with_words(_brought(cmd_name, target, self))
             words = " ".join(("kendama", *(before + cmd_name).split(".")))
             if line := comes_with(f"'{words}'", COMMANDS, before + cmd_name):
                 raise UsageError(line)
             return None
 
     return OpenGroup
+
+
+def section_of(name: str) -> str:
+    """Return the section of ``kendama --help`` in which the command ``name`` stands."""
+    own = next((section for section, names in SECTIONS.items() if name in names), None)
+    target = declared(COMMANDS).get(name, "")
+    module = sys.modules.get(target.partition(":")[0])  # listing its group has imported it
+    return own or str(getattr(module, "SECTION", "Others"))
+
+
+def _with_words(command: Any) -> Any:
+    """Return ``command`` whose arguments say in help what they take, not their types in Python."""
+    for one in getattr(command, "commands", {}).values():
+        _with_words(one)
+    for parameter in command.params:
+        if parameter.param_type_name == "argument":
+            parameter.display_type_rich = lambda ctx: ""
+    return command
+
+
+def _order(section: str, name: str) -> int:
+    own = SECTIONS.get(section, ())
+    return own.index(name) if name in own else len(own)
 
 
 def _brought(name: str, target: str, group: TyperGroup) -> Any:

@@ -36,7 +36,10 @@ Stage = Annotated[
 
 @motion_app.command("show")
 def motion_show(source: Source = None, stage: Stage = None, as_json: Json = False, home: Home = None) -> None:
-    """Show a primitive: duration, start, goal, weights, and the deviations of its demonstrations."""
+    """Show a primitive: duration, start, goal, weights, and the deviations of its demonstrations.
+
+    Example: kendama motion show 1
+    """
     from kendama_cli.cli.motion_work import show
 
     show(source, stage, home, as_json=as_json)
@@ -51,7 +54,10 @@ def motion_export(
     stage: Stage = None,
     home: Home = None,
 ) -> None:
-    """Write a primitive as YAML or JSON, exact to the last bit; encode.plan=FILE takes it up again."""
+    """Write a primitive as YAML or JSON, exact to the last bit; encode.plan=FILE takes it up again.
+
+    Example: kendama motion export 1 -o swing.yaml
+    """
     from kendama_cli.cli.motion_work import export
 
     export(source, stage, home, output)
@@ -69,7 +75,10 @@ def motion_sample(
     stage: Stage = None,
     home: Home = None,
 ) -> None:
-    """Draw perturbed swings from the distribution that the demonstrations spanned."""
+    """Draw perturbed swings from the distribution that the demonstrations spanned.
+
+    Example: kendama motion sample 1 -n 10 -o swings
+    """
     from kendama_cli.cli.motion_work import sample
 
     sample(source, stage, home, output, count=count, scale=scale, seed=seed)

@@ -43,6 +43,6 @@ Arm = Annotated[bool, typer.Option("--arm", help="Allow stages that move real ha
 Overrides = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="[OVERRIDE]...", help="KEY=VALUE of the configuration.", autocompletion=completion.overrides
+        metavar="KEY=VALUE", help="Values of the configuration that differ.", autocompletion=completion.overrides
     ),
 ]

@@ -22,7 +22,10 @@ KEY_FILE = "~/.config/kendama/robot.key"
 
 @robot_app.command("key")
 def robot_key(file: Annotated[str, typer.Argument(metavar="[FILE]", help="File to write it to.")] = KEY_FILE) -> None:
-    """Make the key that a robot and its commander share; give the robot's controller a copy of the file."""
+    """Make the key that a robot and its commander share; give the robot's controller a copy of the file.
+
+    Example: kendama robot key robot.key
+    """
     from kendama_cli.devices.robot.udp.seal import make_key  # dartpy
 
     render.text(str(make_key(file)))
@@ -32,7 +35,10 @@ def robot_key(file: Annotated[str, typer.Argument(metavar="[FILE]", help="File t
 def robot_describe(
     overrides: Overrides = None, as_json: Json = False, home: Home = None, config_dir: ConfigDir = None
 ) -> int:
-    """Show what is read of a robot's description: joints, tip, limits and their sources, what is assumed or missing."""
+    """Show what is read of a robot's description: joints, tip, limits and their sources, what is assumed or missing.
+
+    Example: kendama robot describe robot=ur5
+    """
     from kendama_cli.cli.describe import describe  # dartpy
 
     return describe(find_site(home, config_dir), overrides or [], as_json=as_json)
@@ -46,7 +52,10 @@ def robot_check(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> int:
-    """Check the imitated swing against limits, stops, gaps, table and workspace, with margins; nothing moves."""
+    """Check the imitated swing against limits, stops, gaps, table and workspace, with margins; nothing moves.
+
+    Example: kendama robot check robot=ur5
+    """
     from kendama_cli.cli.check import check  # dartpy and compiled code
 
     return check(find_site(home, config_dir), pipeline, overrides or [], as_json=as_json)
@@ -59,7 +68,10 @@ def robot_recover(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Take a robot out of its latched stop, and say where it stands; it does not move before the next run."""
+    """Take a robot out of its latched stop, and say where it stands; it does not move before the next run.
+
+    Example: kendama robot recover hardware=udp --arm
+    """
     from kendama_cli.cli.check import recover  # dartpy
 
     recover(find_site(home, config_dir), overrides or [], armed=arm)
@@ -76,7 +88,10 @@ def robot_twin(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Run the simulated robot as a process of its own, behind UDP, until it is stopped."""
+    """Run the simulated robot as a process of its own, behind UDP, until it is stopped.
+
+    Example: kendama robot twin --port 5005
+    """
     from kendama_cli.config.compose import composed
     from kendama_cli.devices.robot.udp.seal import read_key  # dartpy
     from kendama_cli.devices.robot.udp.twin import serve_twin
@@ -108,7 +123,10 @@ def robot_place(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Find where the arm should stand, and how hold the cup, for the configured demonstrations (about a minute)."""
+    """Find where the arm should stand, and how hold the cup, for the configured demonstrations (about a minute).
+
+    Example: kendama robot place robot=urdf robot.path=arm.urdf -o arm.yaml
+    """
     from kendama_cli.cli.place import PlaceOptions, place  # dartpy and compiled code
 
     options = PlaceOptions(output, line, effort, as_json)

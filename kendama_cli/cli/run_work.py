@@ -7,6 +7,7 @@ import dataclasses
 import yaml
 
 from kendama_cli.cli import render
+from kendama_cli.cli.config_view import part_with_comments
 from kendama_cli.cli.progress import PlainLines, observer
 from kendama_cli.cli.repeat import show_end
 from kendama_cli.cli.watch import WatchOptions, with_page
@@ -89,10 +90,14 @@ def _with_versions(stage: StagePlan) -> StagePlan:
     return dataclasses.replace(stage, reasons=(*stage.reasons, *(f"made with {one}" for one in differences)))
 
 
-def show_configuration(site: Site, overrides: list[str]) -> None:
-    """Show the resolved configuration, checked, as YAML."""
+def show_configuration(site: Site, overrides: list[str], keys: list[str]) -> None:
+    """Show the resolved configuration, checked, as YAML; of ``keys`` alone each value has its meaning as a comment."""
     resolved = composed(site, overrides)
     build_settings(resolved)
+    if keys:
+        for key in keys:
+            render.text(part_with_comments(resolved, key.replace("/", ".")))
+        return
     render.text(yaml.safe_dump(resolved, sort_keys=False, allow_unicode=True).rstrip())
 
 

@@ -104,7 +104,10 @@ def tag(
     note: Annotated[str | None, typer.Option(metavar="TEXT", help="Note on this run.")] = None,
     home: Home = None,
 ) -> None:
-    """Put tags and a note on a run."""
+    """Put tags and a note on a run.
+
+    Example: kendama runs tag 12 good
+    """
     from kendama_cli.pipeline.record import find_run
     from kendama_cli.pipeline.run_tags import write_tags
 
@@ -134,7 +137,10 @@ def diff(
     as_json: Json = False,
     home: Home = None,
 ) -> None:
-    """Show the differences between two runs (configuration, code, versions, artifacts, metrics) or two sweeps."""
+    """Show the differences between two runs (configuration, code, versions, artifacts, metrics) or two sweeps.
+
+    Example: kendama diff 1 2
+    """
     from kendama_cli.pipeline.run_diff import group_differences, run_differences
     from kendama_cli.pipeline.run_selection import select_runs
     from kendama_cli.store.store import Store

@@ -30,7 +30,10 @@ def setup_toy(
     output: SetupFile = Path("setup.yaml"),
     home: Home = None,
 ) -> None:
-    """Keep the rope and the drag that a run of the pipeline measurement has measured."""
+    """Keep the rope and the drag that a run of the pipeline measurement has measured.
+
+    Example: kendama setup kendama 12 -o setup.yaml
+    """
     from kendama_cli.cli.setup_work import keep_toy  # numpy
 
     keep_toy(find_site(home), run, output)
@@ -40,7 +43,10 @@ def setup_toy(
 def setup_show(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A setup.")] = Path("setup.yaml"), as_json: Json = False
 ) -> None:
-    """Show what a setup holds, with intervals of 95 %."""
+    """Show what a setup holds, with intervals of 95 %.
+
+    Example: kendama setup show setup.yaml
+    """
     from kendama_cli.cli.setup_work import show_setup
 
     show_setup(file, as_json=as_json)

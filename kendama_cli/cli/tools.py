@@ -41,7 +41,10 @@ def cache_path(
     ],
     home: Home = None,
 ) -> None:
-    """Print the folder of a stage's artifact, in which its log lies as well."""
+    """Print the folder of a stage's artifact, in which its log lies as well.
+
+    Example: kendama cache path learn
+    """
     from kendama_cli.pipeline.artifact_place import artifact_folder
 
     render.text(str(artifact_folder(find_site(home).home, place)))
@@ -49,7 +52,10 @@ def cache_path(
 
 @cache_app.command("ls")
 def cache_ls(as_json: Json = False, home: Home = None) -> None:
-    """List what is stored: stage, key, size, artifact, metrics."""
+    """List what is stored: stage, key, size, artifact, metrics.
+
+    Example: kendama cache ls
+    """
     import dataclasses
 
     from kendama_cli.store.store import Store
@@ -69,7 +75,10 @@ def cache_ls(as_json: Json = False, home: Home = None) -> None:
 def cache_verify(
     remote: RemotePlace = None, as_json: Json = False, home: Home = None, config_dir: ConfigDir = None
 ) -> int:
-    """Read every stored byte and name what is damaged; damaged work is computed again when it is next needed."""
+    """Read every stored byte and name what is damaged; damaged work is computed again when it is next needed.
+
+    Example: kendama cache verify
+    """
     if remote is not None:
         return verify_shared(find_site(home, config_dir), remote, as_json=as_json)
     from kendama_cli.store.garbage import verify
@@ -95,7 +104,10 @@ def cache_gc(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only name what would be deleted.")] = False,
     home: Home = None,
 ) -> None:
-    """Delete damaged entries, artifacts that nothing names, and what killed runs left behind."""
+    """Delete damaged entries, artifacts that nothing names, and what killed runs left behind.
+
+    Example: kendama cache gc --keep-runs 20 --dry-run
+    """
     from kendama_cli.store.garbage import collect_garbage
     from kendama_cli.store.store import Store
 
@@ -109,7 +121,10 @@ def cache_gc(
 
 @cache_app.command("migrate")
 def cache_migrate(home: Home = None) -> None:
-    """Rewrite a home of an older version by today's names; every recording and run is kept."""
+    """Rewrite a home of an older version by today's names; every recording and run is kept.
+
+    Example: kendama cache migrate
+    """
     from kendama_cli.store.migrate import migrate_home
     from kendama_cli.store.store import Store
 
@@ -120,7 +135,10 @@ def cache_migrate(home: Home = None) -> None:
 
 @log_app.command("info")
 def log_info(file: LogPlace, as_json: Json = False, home: Home = None) -> None:
-    """Show the content of an MCAP log."""
+    """Show the content of an MCAP log.
+
+    Example: kendama log info adapt
+    """
     from kendama_cli.log.export import describe  # pandas
     from kendama_cli.pipeline.artifact_place import log_path
 
@@ -153,7 +171,10 @@ def log_export(
     fps: Annotated[int, typer.Option(min=1, max=1000, help="Frames per second of a dataset.")] = 50,
     home: Home = None,
 ) -> None:
-    """Export an MCAP log to Parquet or CSV, or as a LeRobot dataset."""
+    """Export an MCAP log to Parquet or CSV, or as a LeRobot dataset.
+
+    Example: kendama log export learn -o learn.parquet
+    """
     from kendama_cli.pipeline.log_export import ExportRequest, exporter
 
     for path in exporter(form)(ExportRequest(find_site(home).home, file, output, topic, fps)):
@@ -168,7 +189,10 @@ def log_layout(
     ] = None,
     home: Home = None,
 ) -> None:
-    """Write a layout with which Foxglove shows an MCAP log: scene, images and plots."""
+    """Write a layout with which Foxglove shows an MCAP log: scene, images and plots.
+
+    Example: kendama log layout 12/adapt -o adapt.layout.json
+    """
     from kendama_cli.log.layout import layout  # pandas
     from kendama_cli.pipeline.artifact_place import log_path
 

@@ -28,7 +28,10 @@ def camera_board(
     square_mm: SquareMm = 30.0,
     marker_mm: MarkerMm = 22.0,
 ) -> None:
-    """Make a ChArUco board to print: at 300 dpi it has the size that the options say."""
+    """Make a ChArUco board to print: at 300 dpi it has the size that the options say.
+
+    Example: kendama camera board -o board.png
+    """
     from kendama_cli.plugins.calibration.boards import board_of, draw_board  # OpenCV
 
     draw_board(board_of(squares, square_mm, marker_mm), output)
@@ -54,6 +57,8 @@ def camera_calibrate(
 
     Views of one name (or one place in their videos) were taken at one moment. In the first view of the first camera the
     board lies print up, its rows along the world's x.
+
+    Example: kendama camera calibrate left=left.mp4 right=right.mp4 -o cameras.yaml
     """
     from kendama_cli.plugins.calibration.boards import CalibrationRequest, board_of, calibrate_cameras  # OpenCV
 
@@ -66,7 +71,10 @@ def camera_blink(
         Path, typer.Option("-o", "--output", metavar="FILE", help="The page to open in a browser.")
     ] = Path("blink.html"),
 ) -> None:
-    """Write a page that blinks at random and then offers when it did: a light for 'camera latency'."""
+    """Write a page that blinks at random and then offers when it did: a light for 'camera latency'.
+
+    Example: kendama camera blink -o blink.html
+    """
     from kendama_cli.plugins.calibration.setup import write_page
 
     write_page(output)
@@ -82,7 +90,10 @@ def camera_brightness(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Look through the first configured live camera, and write how bright each image is and when it came."""
+    """Look through the first configured live camera, and write how bright each image is and when it came.
+
+    Example: kendama camera brightness camera=device -o brightness.csv
+    """
     from kendama_cli.plugins.calibration.setup import record_brightness
 
     record_brightness(find_site(home, config_dir), overrides or [], output, seconds, region)
@@ -104,7 +115,10 @@ def camera_latency(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Measure a camera's delay, from mid-exposure to an image's stamp, by a light whose switching is known."""
+    """Measure a camera's delay, from mid-exposure to an image's stamp, by a light whose switching is known.
+
+    Example: kendama camera latency film.mp4 blinks.csv
+    """
     from kendama_cli.plugins.calibration.setup import measure_latency
 
     measure_latency(film, blinks, stamps, region, output, as_json=as_json)
@@ -131,7 +145,10 @@ def camera_place(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Find where calibrated cameras stand in a robot's world, from a board that its hand turns before them."""
+    """Find where calibrated cameras stand in a robot's world, from a board that its hand turns before them.
+
+    Example: kendama camera place view.png --calibration cameras.yaml --poses poses.csv
+    """
     from kendama_cli.plugins.calibration.boards import board_of
     from kendama_cli.plugins.calibration.setup import PlaceRequest, place_in_robot
 

@@ -38,7 +38,10 @@ def log_predict(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Predict the end of every free flight in a recording from its first part, and say how far off that is."""
+    """Predict the end of every free flight in a recording from its first part, and say how far off that is.
+
+    Example: kendama log predict throws.csv
+    """
     from kendama_cli.plugins.calibration.flight_trial import try_flights  # scipy and cv2
 
     _refuse_repeated(files, calibrate or [])

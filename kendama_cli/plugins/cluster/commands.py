@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 
 def push(remote: RemotePlace = None, as_json: Json = False, home: Home = None, config_dir: ConfigDir = None) -> None:
-    """Give every result of this home to the shared store."""
+    """Give every result of this home to the shared store.
+
+    Example: kendama cache push
+    """
     from kendama_cli.plugins.cluster.shared import push as push_all
     from kendama_cli.store.store import Store
 
@@ -29,7 +32,10 @@ def push(remote: RemotePlace = None, as_json: Json = False, home: Home = None, c
 
 
 def pull(remote: RemotePlace = None, as_json: Json = False, home: Home = None, config_dir: ConfigDir = None) -> int:
-    """Bring every result of the shared store into this home; what is damaged there stays there."""
+    """Bring every result of the shared store into this home; what is damaged there stays there.
+
+    Example: kendama cache pull
+    """
     from kendama_cli.plugins.cluster.shared import pull as pull_all
     from kendama_cli.store.store import Store
 

@@ -10,6 +10,9 @@ import typer
 from kendama_cli.cli.options import Home, Json
 from kendama_cli.config.site import find_site
 
+SECTION = "Teach"
+"""Part of ``kendama --help`` in which these commands stand."""
+
 course_app = typer.Typer(help="Eight exercises, graded, and a board for learners of your own.", no_args_is_help=True)
 
 Number = Annotated[int, typer.Argument(metavar="N", help="Number of the exercise in 'kendama course list'.")]
@@ -17,7 +20,10 @@ Number = Annotated[int, typer.Argument(metavar="N", help="Number of the exercise
 
 @course_app.command("list")
 def course_list(as_json: Json = False) -> None:
-    """List the exercises with their tasks."""
+    """List the exercises with their tasks.
+
+    Example: kendama course list
+    """
     from kendama_cli.plugins.course.exercises import list_exercises
 
     list_exercises(as_json=as_json)
@@ -34,7 +40,10 @@ def course_start(
         typer.Option(metavar="DIR", help="For teachers: fill the tasks in, from examples/course/solutions."),
     ] = None,
 ) -> None:
-    """Write the notebook of an exercise; what is there already is never overwritten."""
+    """Write the notebook of an exercise; what is there already is never overwritten.
+
+    Example: kendama course start 1
+    """
     from kendama_cli.plugins.course.exercises import start_exercise
 
     start_exercise(number, output or Path("kendama-course"), solutions)
@@ -51,7 +60,10 @@ def course_check(
     ] = 900.0,
     as_json: Json = False,
 ) -> int:
-    """Run the cells of a notebook from the first to the last, and say which tasks are solved."""
+    """Run the cells of a notebook from the first to the last, and say which tasks are solved.
+
+    Example: kendama course check 1
+    """
     from kendama_cli.plugins.course.exercises import check_exercise
 
     return check_exercise(number, notebook, timeout_s, as_json=as_json)
@@ -68,7 +80,10 @@ def course_board(
     as_json: Json = False,
     home: Home = None,
 ) -> int:
-    """Rank learners by the rollouts that they need to a solved swing-up, on the rail."""
+    """Rank learners by the rollouts that they need to a solved swing-up, on the rail.
+
+    Example: kendama course board sarsa random_replay
+    """
     from kendama_cli.plugins.course.board_view import show_board
 
     return show_board(find_site(home), learners or [], range(first_seed, first_seed + seeds), task, as_json=as_json)

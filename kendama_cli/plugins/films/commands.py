@@ -50,6 +50,8 @@ def camera_train(
     """Show what the ball looks like: draw boxes about it in stills of a film, on a page in the browser.
 
     With a folder of images that have boxes already: learn the ball once, for predict/detector=trained.
+
+    Example: kendama camera train film.mp4 -o ball
     """
     if path.is_dir():
         from kendama_cli.plugins.films.detect import train_ball  # OpenCV
@@ -78,7 +80,10 @@ def camera_detect(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Find the ball in images, each for itself."""
+    """Find the ball in images, each for itself.
+
+    Example: kendama camera detect images/*.png -o ball.csv
+    """
     from kendama_cli.plugins.films.detect import SeeingOptions, detect_balls  # OpenCV
 
     options = SeeingOptions(find_site(home, config_dir), detector, train, seed, tuple(override or ()), balls)
@@ -131,7 +136,10 @@ def camera_track(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Track the ball through films: in pixels, and in metres where the cameras are calibrated."""
+    """Track the ball through films: in pixels, and in metres where the cameras are calibrated.
+
+    Example: kendama camera track left=left.mp4 -o track.csv
+    """
     from kendama_cli.plugins.films.detect import SeeingOptions  # OpenCV
     from kendama_cli.plugins.films.track import TrackOptions, track_films
 

@@ -18,7 +18,10 @@ def camera_marker(
     number: Annotated[int, typer.Option(metavar="N", help="Number of the marker in the dictionary.")] = 0,
     size_mm: Annotated[float, typer.Option(metavar="MM", min=5.0, max=500.0, help="Side of the black square.")] = 40.0,
 ) -> None:
-    """Make a marker to print and stick on the cup's handle: capture=marker follows it in films."""
+    """Make a marker to print and stick on the cup's handle: capture=marker follows it in films.
+
+    Example: kendama camera marker -o marker.png
+    """
     from kendama_cli.plugins.marker.marker_print import print_marker  # OpenCV
 
     print_marker(dictionary, number, size_mm, output)

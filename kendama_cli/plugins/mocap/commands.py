@@ -11,6 +11,9 @@ from kendama_cli.cli import render
 from kendama_cli.cli.options import Json
 from kendama_cli.errors import InputError
 
+SECTION = "Record"
+"""Part of ``kendama --help`` in which these commands stand."""
+
 capture_app = typer.Typer(help="Prepare recordings of the hand.", no_args_is_help=True)
 
 
@@ -29,6 +32,8 @@ def capture_pivot(
     """Find the cup's tie point in a tracked body.
 
     Hold the point still (in a hole, on a tip) and turn the body by 30 degrees or more to all sides for ten seconds.
+
+    Example: kendama capture pivot pivot.csv --body cup
     """
     import numpy as np
 

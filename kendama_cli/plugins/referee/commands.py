@@ -10,6 +10,9 @@ from kendama_cli.cli import completion
 from kendama_cli.cli.options import Home, Json
 from kendama_cli.config.site import find_site
 
+SECTION = "Look"
+"""Part of ``kendama --help`` in which these commands stand."""
+
 
 def referee(
     run_name: Annotated[
@@ -25,7 +28,10 @@ def referee(
     as_json: Json = False,
     home: Home = None,
 ) -> None:
-    """Play a run's games again on a chain of links in MuJoCo, and say whether it agrees (extra 'referee')."""
+    """Play a run's games again on a chain of links in MuJoCo, and say whether it agrees (extra 'referee').
+
+    Example: kendama cross-check 12
+    """
     from kendama_cli.plugins.referee.games_again import referee as play_again  # numpy, scipy and MuJoCo
 
     play_again(find_site(home).home, run_name, rope_kg=None if rope_g is None else 1e-3 * rope_g, as_json=as_json)

@@ -14,6 +14,9 @@ from kendama_cli.cli.options import ConfigDir, Home, Overrides
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import MissingPartError, install_line
 
+SECTION = "Teach"
+"""Part of ``kendama --help`` in which these commands stand."""
+
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 EVERYWHERE = ("0.0.0.0", "::")
 
@@ -26,7 +29,10 @@ def play(
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Play in the browser: swings are simulated, caught and kept, and 'kendama run capture=play' learns from them."""
+    """Play in the browser: swings are simulated, caught and kept, and 'kendama run capture=play' learns from them.
+
+    Example: kendama play
+    """
     import webbrowser
 
     from kendama_cli.config.compose import composed

@@ -1,0 +1,46 @@
+"""``kendama`` alone: three next steps that fit the current folder."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+from kendama_cli.cli import render
+from kendama_cli.config.site import Site
+from kendama_cli.store.home import run_names, run_number
+from kendama_cli.version import __version__
+
+RECORDINGS = (".csv", ".tsv", ".trc", ".bvh", ".c3d", ".mcap")
+
+
+def welcome(site: Site) -> None:
+    """Print where the runs are, and three commands that make sense next."""
+    names = run_names(site.home)
+    recordings = sorted(path.name for path in Path.cwd().iterdir() if path.suffix.lower() in RECORDINGS)
+    render.text(f"kendama {__version__}: from a recorded swing to an arm that catches a ball in a cup\n")
+    for command, what in _steps(names, recordings):
+        render.text(f"  {command}\n      {what}")
+    runs = f"{len(names)} run{'s' * (len(names) != 1)}" if names else "no runs yet"
+    render.text(f"\nhome: {site.home} ({runs}); all commands: kendama --help")
+
+
+def _steps(names: list[str], recordings: list[str]) -> list[tuple[str, str]]:
+    if recordings and not names:
+        chosen = shlex.quote(f"capture.path={recordings[0]}")
+        return [
+            (f"kendama run -p imitation {chosen}", "adapt this swing to an arm"),
+            ("kendama explain capture.path", "formats, columns and units of recordings"),
+            ("kendama run -p imitation", "the same with the bundled swings"),
+        ]
+    if names:
+        further = (f"kendama plan {shlex.quote(f'capture.path={recordings[0]}')}", "a run of the swing in this folder")
+        return [
+            ("kendama report", f"the page of the newest run, {run_number(names[-1])}"),
+            ("kendama runs", "all runs with their metrics"),
+            further if recordings else ("kendama run robot=ur5", "the same on another arm; finished stages are cached"),
+        ]
+    return [
+        ("kendama run -p imitation", "from bundled swings to an arm that catches"),
+        ("kendama play", "record your own swing in the browser"),
+        ("kendama explain adapt", "the meaning of a stage, setting or metric"),
+    ]
