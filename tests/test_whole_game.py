@@ -22,7 +22,7 @@ import pytest
 from kendama_cli.pipeline.run_selection import select_runs
 from kendama_cli.schema.declaration import find_stage, stage_names
 from tests import warm_command
-from tests.docs.test_readme import film_program
+from tests.docs.test_readme import video_program
 from tests.report.test_picture import figures_in, figures_of
 from tests.toy_project import artifact_bytes, statuses
 
@@ -119,11 +119,11 @@ def test_as_shipped_learning_is_proven_in_dart_and_nine_of_ten_games_are_won(tmp
     kendama(tmp_path, "report", shipped["run"], "-o", "page.html")
     shown = figures_in((ROOT / "data" / "pictures" / "report.png").read_bytes())
     assert figures_of((tmp_path / "page.html").read_text()) == shown, "make the index's picture anew: data/picture.py"
-    film = film_program()
+    video = video_program()
     (record,) = select_runs(tmp_path / ".kendama", [])
-    catches = {stage: film.motion_of(record, stage)[0].catch_s for stage in ("adapt", "transfer")}
-    bundled = film.catches_in(ROOT / "data" / "pictures" / "kendama.webp")
-    assert catches == pytest.approx(bundled, abs=1e-3), "make README's film anew: data/film.py"
+    catches = {stage: video.motion_of(record, stage)[0].catch_s for stage in ("adapt", "transfer")}
+    bundled = video.catches_in(ROOT / "data" / "pictures" / "kendama.webp")
+    assert catches == pytest.approx(bundled, abs=1e-3), "make README's video anew: data/video.py"
 
 
 def test_with_nothing_to_do_everything_is_cached_and_nothing_heavy_is_imported(

@@ -1,4 +1,4 @@
-"""README is short, and its film, figures and output are those of the product."""
+"""README is short, and its video, figures and output are those of the product."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ START = (DOCS / "tutorials" / "start.md").read_text()
 FIGURES = "\n".join(path.read_text() for path in (DOCS / "results").glob("*.md"))
 
 
-def film_program() -> Any:
-    """Return the program that makes the film."""
-    spec = importlib.util.spec_from_file_location("film", ROOT / "data" / "film.py")
+def video_program() -> Any:
+    """Return the program that makes the video."""
+    spec = importlib.util.spec_from_file_location("video", ROOT / "data" / "video.py")
     assert spec is not None
     assert spec.loader is not None
-    module = sys.modules["film"] = importlib.util.module_from_spec(spec)
+    module = sys.modules["video"] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
@@ -60,10 +60,10 @@ def test_each_figure_stands_with_its_baseline_in_one_row_of_the_results() -> Non
         assert re.search(r"[\[≥]", measured)
 
 
-def test_its_film_is_small_lasts_six_seconds_and_moves() -> None:
-    film = ROOT / "data" / "pictures" / "kendama.webp"
-    assert film.stat().st_size <= 1_000_000
-    with Image.open(film) as image:
+def test_its_video_is_small_lasts_six_seconds_and_moves() -> None:
+    video = ROOT / "data" / "pictures" / "kendama.webp"
+    assert video.stat().st_size <= 1_000_000
+    with Image.open(video) as image:
         frames: Any = image
         assert frames.n_frames > 60
         pictures = []
@@ -77,6 +77,6 @@ def test_its_film_is_small_lasts_six_seconds_and_moves() -> None:
     assert len(set(pictures)) > len(pictures) / 2
 
 
-def test_its_film_says_when_the_catches_were() -> None:
-    catches = film_program().catches_in(ROOT / "data" / "pictures" / "kendama.webp")
+def test_its_video_says_when_the_catches_were() -> None:
+    catches = video_program().catches_in(ROOT / "data" / "pictures" / "kendama.webp")
     assert set(catches) == {"adapt", "transfer"}

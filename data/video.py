@@ -1,4 +1,4 @@
-"""Makes README's film from the newest default run: ``kendama run && python data/film.py [FOLDER]``.
+"""Makes README's video from the newest default run: ``kendama run && python data/video.py [FOLDER]``.
 
 It shows the caught swing of ``adapt`` at its own speed, then a full game of ``transfer``: the learned swing-up, and the
 catch at an eighth of its speed. An animated WebP of six seconds, at most 1 MB, takes the place of
@@ -17,7 +17,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-from kendama_cli.rendering.film import FilmMaker
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -25,21 +24,22 @@ from kendama_cli.config.site import find_site
 from kendama_cli.log.reader import logged_settings
 from kendama_cli.pipeline.report import logs_of
 from kendama_cli.pipeline.run_selection import select_runs
+from kendama_cli.rendering.video import VideoMaker
 from kendama_cli.report.chapters import declaration_of, performances
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.report.source import StageLog
 from kendama_cli.settings.game import GameSettings
 
-FILM = Path(__file__).parent / "pictures" / "kendama.webp"
+VIDEO = Path(__file__).parent / "pictures" / "kendama.webp"
 WIDTH_PX, HEIGHT_PX, RATE_HZ, QUALITY = 640, 480, 16, 60
 SEEN = slice(70, 670), slice(230, 1030)
-"""Rows and columns of the ray caster's pictures that the film shows."""
+"""Rows and columns of the ray caster's pictures that the video shows."""
 INK_BGR, PAPER_BGR = (70, 60, 60), (250, 248, 246)
 
 
 @dataclass(frozen=True)
 class Part:
-    """Part of the film: its caption, and the times of the motion from its catch, played at ``speed``."""
+    """Part of the video: its caption, and the times of the motion from its catch, played at ``speed``."""
 
     stage: str
     caption: str
@@ -61,14 +61,14 @@ PARTS = (
 
 
 def main(folder: Path | None) -> None:
-    """Write the film of the newest run of the home folder."""
+    """Write the video of the newest run of the home folder."""
     (record,) = select_runs(find_site(None).home, [])
     made = {stage: motion_of(record, stage) for stage in {part.stage for part in PARTS}}
     frames = [frame for part in PARTS for frame in pictures(part, *made[part.stage])]
     images = [Image.fromarray(cv2.cvtColor(frame, cv2.COLOR_BGR2RGB)) for frame in frames]
     catches = json.dumps({stage: motion.catch_s for stage, (motion, _) in made.items()}, sort_keys=True)
     images[0].save(
-        FILM,
+        VIDEO,
         save_all=True,
         append_images=images[1:],
         duration=1000 // RATE_HZ,
@@ -81,9 +81,9 @@ def main(folder: Path | None) -> None:
         image.save(folder / f"{number:03}.png")
 
 
-def catches_in(film: Path) -> dict[str, float]:
-    """Return the times of the catches [s] that a film shows, by stage."""
-    with Image.open(film) as image:
+def catches_in(video: Path) -> dict[str, float]:
+    """Return the times of the catches [s] that a video shows, by stage."""
+    with Image.open(video) as image:
         return {str(stage): float(catch_s) for stage, catch_s in json.loads(image.info["xmp"]).items()}
 
 
@@ -99,7 +99,7 @@ def motion_of(record: Any, stage: str) -> tuple[Performance, GameSettings]:
 def pictures(part: Part, motion: Performance, game: GameSettings) -> Iterator[NDArray[np.uint8]]:
     """Yield the frames of a part, blue green red."""
     assert motion.catch_s is not None
-    maker = FilmMaker(motion, game)
+    maker = VideoMaker(motion, game)
     for t_s in part.times(motion.catch_s):
         small = cv2.resize(maker.picture(float(t_s), 1.0)[SEEN], (WIDTH_PX, HEIGHT_PX), interpolation=cv2.INTER_AREA)
         picture = np.ascontiguousarray(small, dtype=np.uint8)
