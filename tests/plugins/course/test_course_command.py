@@ -28,7 +28,7 @@ def kendama(folder: Path, *words: str, path: Path | None = None) -> subprocess.C
 def test_the_list_names_every_exercise_with_its_tasks(tmp_path: Path) -> None:
     found = json.loads(kendama(tmp_path, "list", "--json").stdout)
     assert [one["number"] for one in found] == list(range(1, 9))
-    assert found[3]["tasks"]["5"] == "The null model"
+    assert found[3]["tasks"]["5"] == "The baseline"
     assert "SARSA by hand" in kendama(tmp_path, "list").stdout
 
 

@@ -1,4 +1,4 @@
-"""Grades exercise 4: SARSA by hand, and its null model."""
+"""Grades exercise 4: SARSA by hand, and its baseline."""
 
 from __future__ import annotations
 

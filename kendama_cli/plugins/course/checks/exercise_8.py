@@ -74,7 +74,7 @@ def ahead_of_chance(work: Work) -> None:
     require(
         mine[0] < null[0],
         f"on {SEEDS} seeds 'mine' needs {mine[1]['rollouts_to_solved']:.0f} rollouts to solved and its policies catch "
-        f"{mine[1]['caught_rate']:.2f}; the null model {null[1]['rollouts_to_solved']:.0f} and "
+        f"{mine[1]['caught_rate']:.2f}; the baseline {null[1]['rollouts_to_solved']:.0f} and "
         f"{null[1]['caught_rate']:.2f}: let propose() use what was nearly caught",
     )
 
