@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Literal
 
 from kendama_cli.adaptation.catch_family import BUMPED, CatchFamily
 from kendama_cli.adaptation.search_record import Attempt, MotionVariation, Repeat, Search, Trial
@@ -34,13 +35,13 @@ class PolicySearch:
     numbers), the repeats are in fresh ones; those do not count.
     """
 
-    def __init__(self, settings: AdaptSettings, family: CatchFamily, seed: int) -> None:
-        if settings.search == "tau":
-            raise ValueError("a policy search is one of cma, power and random")
+    def __init__(
+        self, settings: AdaptSettings, family: CatchFamily, seed: int, method: Literal["cma", "power", "random"]
+    ) -> None:
         self._settings, self._policy, self._family = settings, settings.policy, family
         policy = settings.policy
         self._parameters = parameter_search(
-            settings.search,
+            method,
             1 + len(BUMPED) * policy.bumps + 2,
             seed,
             generation=policy.generation,

@@ -99,7 +99,8 @@ BLOCK = 4
 MAX_BLOCKS = 3
 """Blocks in which the best candidates are evaluated."""
 
-FACTORS = 9
+FACTORS, BALL_START = 9, 1
+"""Number of the factors that are sampled, and which of them is new in each rollout of one arm and kendama."""
 
 
 @dataclass(frozen=True)
@@ -123,22 +124,24 @@ class PerturbedSimulations:
 
     Attributes: ``uncertainty``, to sample from; ``rope_m``, the rope's length; ``seeds``, first that of all samples of
     the search, then one for each evaluation and one for each repeat that confirms, so that their number changes nothing
-    before them; ``evaluated``, the repeats of each candidate in order; ``confirmed``, those of the chosen motion.
+    before them; ``held``, all simulations are perturbed alike but for the ball's start and the noise; ``evaluated``,
+    the repeats of each candidate in order; ``confirmed``, those of the chosen motion.
     """
 
     uncertainty: UncertaintySettings
     rope_m: float
     seeds: tuple[int, ...]
+    held: bool = False
     evaluated: tuple[tuple[MotionVariation, tuple[Repeat, ...]], ...] = ()
     confirmed: tuple[Repeat, ...] = ()
 
     @staticmethod
     def seeded(
-        uncertainty: UncertaintySettings, rope_m: float, repeats: int, rng: np.random.Generator
+        uncertainty: UncertaintySettings, rope_m: float, repeats: int, rng: np.random.Generator, *, held: bool = False
     ) -> PerturbedSimulations:
         """Return the simulations of a new search that ends with ``repeats``, their seeds sampled from ``rng``."""
         seeds = rng.integers(2**62, size=1 + BLOCK * MAX_BLOCKS + repeats)
-        return PerturbedSimulations(uncertainty, rope_m, tuple(seeds.tolist()))
+        return PerturbedSimulations(uncertainty, rope_m, tuple(seeds.tolist()), held)
 
     def perturbation(self, trial: Trial) -> Perturbation:
         """Return the perturbation in which ``trial`` is run."""
@@ -176,6 +179,10 @@ class PerturbedSimulations:
 
     def _sampled(self, factors: Array, sensor_seed: int, rng: np.random.Generator) -> Perturbation:
         """Return the perturbation with every quantity at its fraction ``factors`` (FACTORS,) of the declared range."""
+        if self.held:
+            start = factors[BALL_START]
+            factors = np.random.default_rng([self.seeds[0], 2]).random(FACTORS)
+            factors[BALL_START] = start
         uncertainty = self.uncertainty
         rope, ball, mass = 2 * factors[:3] - 1
         drag, friction, restitution, lag, frequency, phase = factors[3:]

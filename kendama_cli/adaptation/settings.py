@@ -116,8 +116,13 @@ class AdaptSettings:
     correction: CorrectionSettings
     line: LineSettings
     policy: PolicySettings
-    search: Literal["tau", "cma", "power", "random"] = setting(
-        "tau: windows of tau, then goal and size; cma, power: the motion's shape; random: their baseline"
+    search: Literal["tau", "aim", "cma", "power", "random"] = setting(
+        "tau: windows of tau, then goal and size; aim: the motion is changed by what each rollout missed; cma, "
+        "power: the motion's shape; random: their baseline"
+    )
+    simulations: Literal["fresh", "held"] = setting(
+        "fresh: every rollout is perturbed anew; held: one perturbed simulation, as one real arm and kendama, in which "
+        "only the ball's start and the noise are new"
     )
     swing_scale: float = setting("factor on the motion's size with which every search begins", above=0)
     catch: Literal["visual", "open_loop"] = setting(

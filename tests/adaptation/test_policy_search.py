@@ -39,7 +39,7 @@ class AnyArm:
 
 
 def method(settings: AdaptSettings = SHIPPED, arm: AnyArm | None = None, seed: int = 10000) -> PolicySearch:
-    return PolicySearch(settings, arm or AnyArm(), seed)  # type: ignore[arg-type]
+    return PolicySearch(settings, arm or AnyArm(), seed, settings.search)  # type: ignore[arg-type]
 
 
 def missed_m(variation: MotionVariation) -> float:

@@ -321,3 +321,21 @@ def test_a_recorded_swing_of_other_size_with_noise_is_caught(recorded: tuple[Any
     assert made.metrics["caught"] is True
     assert float(made.metrics["success_rate"] or 0) >= 0.96
     assert int(made.metrics["rollouts"] or 99) <= 40
+
+
+@pytest.mark.slow
+def test_aiming_catches_by_the_third_rollout_in_one_simulation_where_the_motion_as_it_is_never_catches(
+    bundled: MotionPlan,
+) -> None:
+    """The swing at 0.85 of its size falls short by 0.3 m at every tau; each seed is one arm and kendama."""
+    small = scaled_plan(bundled, 0.85, 1.0)
+    aims = dataclasses.replace(SHIPPED, search="aim", simulations="held", catch="open_loop", repeats=4)
+    ctx = MemoryContext(31400)
+    metrics = _run(small, aims, ctx).metrics
+    explored = [message for topic, _, message in ctx.log.messages if topic == "/adapt/explored"]
+    assert explored[0].miss_m < -0.2
+    assert metrics["rollouts_to_first_catch"] in {2, 3}
+    assert metrics["success_rate"] == 1.0
+    replanned = [message for topic, _, message in ctx.log.messages if topic == "/adapt/perturbation"]
+    assert len({one.lag_s for one in replanned}) == 1
+    assert len({one.ball_start_m for one in replanned}) == 4

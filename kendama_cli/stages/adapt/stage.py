@@ -8,6 +8,7 @@ import functools
 from collections.abc import Mapping
 from typing import Any
 
+from kendama_cli.adaptation.aim_search import AimedMotions, AimSearch
 from kendama_cli.adaptation.catch_family import CatchFamily, playable_tilt
 from kendama_cli.adaptation.catch_search import TauSearch
 from kendama_cli.adaptation.policy_search import PolicySearch
@@ -68,10 +69,8 @@ class Adapt:
         bounds = Bounds(family.lowest_tau, MOUTH_SHARE * game.cup.radius_m)
         _require_playable(family, settings, robot)
         search = _begun(settings, game, ctx)
-        seed = search.simulations.seeds[0]
-        tau = settings.search == "tau"
-        method: CatchSearch = TauSearch(settings, bounds) if tau else PolicySearch(settings, family, seed)
         trials = Trials(world, family, settings, mouth_m=bounds.mouth_m, ctx=ctx)
+        method = _method(settings, family, bounds, trials, search.simulations.seeds[0])
         while (trial := method.next_trial(search)) is not None:
             search = trials.run(search, trial)
             ctx.checkpoint(functools.partial(_state, search))
@@ -81,6 +80,19 @@ class Adapt:
             trials, search, method, settings=settings, bounds=bounds, arm=arm, heading_rad=heading_rad, ctx=ctx
         )
         return dataclasses.replace(made, warnings=(*warnings, *made.warnings))
+
+
+def _method(settings: AdaptSettings, family: CatchFamily, bounds: Bounds, trials: Trials, seed: int) -> CatchSearch:
+    """Return the method of the search that the settings choose."""
+    match settings.search:
+        case "tau":
+            return TauSearch(settings, bounds)
+        case "aim":
+            motions = AimedMotions(settings, family, trials.as_modelled, settings.tau_start)
+            shape = PolicySearch(settings, family, seed, "cma")
+            return AimSearch(settings, motions, shape, mouth_m=bounds.mouth_m)
+        case name:
+            return PolicySearch(settings, family, seed, name)
 
 
 def _narrowed(settings: AdaptSettings, measured: KendamaModel) -> AdaptSettings:
@@ -137,7 +149,10 @@ def _begun(settings: AdaptSettings, game: GameSettings, ctx: StageContext) -> Se
         search: Search = from_plain(Search, saved["search"], {})
         return search
     rng = ctx.rng("adapt repeats")
-    return Search(PerturbedSimulations.seeded(settings.uncertainty, game.rope.length_m, settings.repeats, rng))
+    held = settings.simulations == "held"
+    return Search(
+        PerturbedSimulations.seeded(settings.uncertainty, game.rope.length_m, settings.repeats, rng, held=held)
+    )
 
 
 def _state(search: Search) -> State:

@@ -83,23 +83,31 @@ class Trials:
         )
         return result, (0.0, 0.0) if visual is None else visual.shifts_m
 
+    def as_modelled(self, variation: MotionVariation) -> Attempt:
+        """Return the attempt at ``variation`` as planned, without errors or noise, which is not logged."""
+        return self._played(variation, None)[0]
+
     def _attempt(self, search: Search, trial: Trial) -> Attempt:
-        """Run an attempt, or a rollout of a policy search; what cannot be simulated is lost, others may not be."""
-        variation = trial.variation
+        """Run an attempt, or a rollout of a policy search."""
+        perturbation = search.simulations.perturbation(trial) if trial.kind == "explore" else None
+        attempt, result = self._played(trial.variation, perturbation)
+        if result is not None:
+            log_attempt(self._ctx, trial, attempt, result)
+        return attempt
+
+    def _played(
+        self, variation: MotionVariation, perturbation: Perturbation | None
+    ) -> tuple[Attempt, RolloutResult | None]:
+        """Simulate a motion; one that cannot be simulated is lost, others may not be."""
         limit = self.family.limit(variation)
         if limit is None:
-            explores = trial.kind == "explore"
             try:
-                result, (shift_m, _) = self.simulate(
-                    variation, search.simulations.perturbation(trial) if explores else None
-                )
+                result, (shift_m, _) = self.simulate(variation, perturbation)
             except SimulationError as error:
                 limit = str(error)
         if limit is not None:
-            return Attempt(variation, False, None, None, 0.0, None, limit)
-        attempt = attempt_of(variation, self.family.swing(variation), result, shift_m)
-        log_attempt(self._ctx, trial, attempt, result)
-        return attempt
+            return Attempt(variation, False, None, None, 0.0, None, limit), None
+        return attempt_of(variation, self.family.swing(variation), result, shift_m), result
 
     def _repeat(self, trial: Trial, perturbation: Perturbation) -> Repeat:
         try:
