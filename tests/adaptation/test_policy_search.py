@@ -179,7 +179,7 @@ def test_tau_is_searched_about_its_start() -> None:
     ("change", "says"),
     [
         ({"stop_at": (31, 30)}, r"'stop_at' is \[31, 30\]; allowed: caught, then of how many"),
-        ({"goal_moves": (0.9, 0.5)}, r"'goal_moves' is \[0\.9, 0\.5\]; allowed: where it begins"),
+        ({"goal_moves": (0.9, 0.5)}, r"'goal_moves' is \[0\.9, 0\.5\]; allowed: start, then end"),
         ({"max_rollouts": 4}, r"'max_rollouts' is 4; allowed: at least one generation, 6"),
     ],
 )

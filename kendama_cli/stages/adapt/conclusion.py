@@ -113,9 +113,8 @@ def _is_robust(search: Search, settings: AdaptSettings) -> bool:
     """Return True if enough repeats were caught: those that ended a policy search, or those that confirm."""
     enough, of = settings.policy.stop_at
     simulations = search.simulations
-    series = (
-        [simulations.confirmed] if settings.search in {"tau", "aim"} else [made for _, made in simulations.evaluated]
-    )
+    by_shape = settings.search not in {"tau", "aim"}
+    series = [made for _, made in simulations.evaluated] if by_shape else [simulations.confirmed]
     return any(len(made) >= of and sum(one.caught for one in made) * of >= enough * len(made) for made in series)
 
 
