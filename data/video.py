@@ -101,7 +101,7 @@ def pictures(part: Part, motion: Performance, game: GameSettings) -> Iterator[ND
     assert motion.catch_s is not None
     maker = VideoMaker(motion, game)
     for t_s in part.times(motion.catch_s):
-        small = cv2.resize(maker.picture(float(t_s), 1.0)[SEEN], (WIDTH_PX, HEIGHT_PX), interpolation=cv2.INTER_AREA)
+        small = cv2.resize(maker.image(float(t_s), 1.0)[SEEN], (WIDTH_PX, HEIGHT_PX), interpolation=cv2.INTER_AREA)
         picture = np.ascontiguousarray(small, dtype=np.uint8)
         cv2.rectangle(picture, (0, HEIGHT_PX - 40), (WIDTH_PX, HEIGHT_PX), PAPER_BGR, -1)
         place = (16, HEIGHT_PX - 14)

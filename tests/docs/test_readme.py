@@ -5,12 +5,15 @@ from __future__ import annotations
 import importlib.util
 import re
 import sys
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from PIL import Image
 
 from tests.docs.measure import DOCS, ROOT
+from tests.rendering.test_video import _motion as example_motion
+from tests.simulation.dart.bench_robot import kendama_game
 
 README = (ROOT / "README.md").read_text()
 START = (DOCS / "tutorials" / "start.md").read_text()
@@ -80,3 +83,13 @@ def test_its_video_is_small_lasts_six_seconds_and_moves() -> None:
 def test_its_video_says_when_the_catches_were() -> None:
     catches = video_program().catches_in(ROOT / "data" / "pictures" / "kendama.webp")
     assert set(catches) == {"adapt", "transfer"}
+
+
+def test_the_program_of_its_video_renders_what_a_part_asks_for() -> None:
+    program = video_program()
+    part = program.Part("adapt", "caption", -0.1, 0.1, 0.5)
+    assert len(part.times(1.0)) == round(0.4 * program.RATE_HZ)
+    one = replace(part, start_s=0.0, end_s=1 / program.RATE_HZ, speed=1.0)
+    (image,) = program.pictures(one, example_motion(2.0, 1.0), kendama_game())
+    assert image.shape == (program.HEIGHT_PX, program.WIDTH_PX, 3)
+    assert image[: program.HEIGHT_PX - 40].std() > 1.0
