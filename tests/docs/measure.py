@@ -1,9 +1,10 @@
 """Measures of README and pages: ``python -m tests.docs.measure [PAGE]...`` prints them, one row a page.
 
-Definitions. *Words* are those of ``wc -w``, with tables and examples, but without output that commands made (blocks
-``{code-block} console``) and without other directives. *Sentences* are those of paragraphs and list items: one ends
-at ``.``, ``!``, ``?`` before a blank and a new beginning, or with its block; headings, tables, code, quoted output are
-none. A span between backticks counts as one word. Table *cells* are the cells of a row, their words counted alike.
+Definitions. *Words* are those of ``wc -w``, with tables (their bars are no words) and examples, but without output that
+commands made (blocks ``{code-block} console``) and without other directives. *Sentences* are those of paragraphs and
+list items: one ends at ``.``, ``!``, ``?`` before a blank and a new beginning, or with its block; headings, tables,
+code and quoted output are none. A span between backticks counts as one word. Table *cells* are the cells of a row,
+their words counted alike.
 With a PAGE the program also prints what to change: the sentences, cells, phrases and names that miss the goal.
 """
 
@@ -108,7 +109,7 @@ def measure_text(path: Path, text: str) -> Page:
     page = Page(path)
     text = _COMMENT.sub("", text)
     made = _FENCE.sub(lambda block: "" if block[2].startswith("{") else block[3], text)
-    page.words = len(made.split())
+    page.words = len([word for word in made.split() if word != "|"])
     blocks = [""]
     for line in _LINK.sub(r"\1", _FENCE.sub("", text)).splitlines():
         if line.startswith("#"):
