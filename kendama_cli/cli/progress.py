@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any, Self
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskID, TextColumn
+from rich.table import Column
 from rich.text import Text
 
 from kendama_cli.cli import render
+from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.plan import NEVER_RAN
 from kendama_cli.pipeline.record import StageOutcome
+from kendama_cli.schema.declaration import find_stage
 
 LINE_PERIOD_S = 5.0
 SHOWN_REASONS = 3
@@ -69,26 +72,38 @@ class PlainLines:
 
 
 class _Figures(ProgressColumn):
-    """The stage's own figures."""
+    """The stage's own figures, in the rest of the line."""
 
     def render(self, task: Task) -> Text:
-        return Text(str(task.fields.get("shown", "")), style="dim")
+        return Text(str(task.fields.get("shown", "")), style="" if task.finished else "dim", no_wrap=True)
+
+
+class _Times(ProgressColumn):
+    """Time that a stage has taken, and that it will take on from here."""
+
+    def render(self, task: Task) -> Text:
+        spent_s = task.finished_time if task.finished else task.elapsed
+        left_s = None if task.finished else task.time_remaining
+        left = "" if left_s is None else f", {_duration(left_s)} left"
+        return Text("" if spent_s is None else f"{_duration(spent_s)}{left}", style="cyan")
 
 
 class LiveView:
-    """A row per stage: state, bar, time spent and left, figures."""
+    """A line per stage, in the pipeline's order: state, bar, time spent and left, figures."""
 
-    def __init__(self) -> None:
+    def __init__(self, stages: Sequence[str] = ()) -> None:
+        """Prepare lines for ``stages``; each shows when something happens to it."""
         self._console = Console(stderr=True)
         self._progress = Progress(
             TextColumn("{task.fields[mark]} {task.description:<9}"),
-            BarColumn(bar_width=24),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-            _Figures(),
+            BarColumn(bar_width=12),
+            _Times(table_column=Column(no_wrap=True)),
+            _Figures(table_column=Column(ratio=1, no_wrap=True, overflow="ellipsis")),
             console=self._console,
+            expand=True,
         )
-        self._tasks: dict[str, Any] = {}
+        self._started: set[TaskID] = set()
+        self._tasks = {name: self._added(name) for name in stages}
 
     def __enter__(self) -> Self:
         self._progress.start()
@@ -117,7 +132,7 @@ class LiveView:
         """Show that the stage ran, was cached, or failed."""
         mark = {"ran": "✓", "cached": "=", "failed": "✗"}[outcome.status]
         # why it failed is told whole in the closing lines
-        shown = render.figures(outcome.metrics, 4) if outcome.status == "ran" else outcome.status
+        shown = outcome.status if outcome.status == "failed" else briefly(outcome)
         row = self._row(outcome.name)
         if outcome.status == "failed":
             self._progress.update(row, mark=mark, shown=shown)
@@ -127,8 +142,31 @@ class LiveView:
 
     def _row(self, name: str) -> Any:
         if name not in self._tasks:
-            self._tasks[name] = self._progress.add_task(name, total=None, mark=" ", shown="")
-        return self._tasks[name]
+            self._tasks[name] = self._added(name)
+        task = self._tasks[name]
+        if task not in self._started:
+            self._started.add(task)
+            self._progress.start_task(task)
+            self._progress.update(task, visible=True)
+        return task
+
+    def _added(self, name: str) -> TaskID:
+        return self._progress.add_task(name, start=False, total=None, visible=False, mark=" ", shown="")
+
+
+def briefly(outcome: StageOutcome) -> str:
+    """Return the result of a stage in a few words of its declaration, else its first two metrics."""
+    try:
+        declaration = find_stage(outcome.stage)
+        brief = "" if declaration is None else declaration.brief.format_map(outcome.metrics)
+    except (KendamaError, LookupError, TypeError, ValueError):  # a metric that this run does not have
+        brief = ""
+    return brief or render.figures(outcome.metrics, 2)
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest_s = divmod(round(seconds), 60)
+    return f"{minutes} min {rest_s:02d} s" if minutes else f"{rest_s} s"
 
 
 def _why(reasons: tuple[str, ...]) -> str:
@@ -142,6 +180,6 @@ def _why(reasons: tuple[str, ...]) -> str:
     return "; ".join((*reasons[:SHOWN_REASONS], *([f"{more} more in 'kendama plan'"] if more > 0 else [])))
 
 
-def observer() -> LiveView | PlainLines:
-    """Return the live view if standard error is a terminal, else plain lines."""
-    return LiveView() if sys.stderr.isatty() else PlainLines()
+def observer(stages: Sequence[str] = ()) -> LiveView | PlainLines:
+    """Return the live view of ``stages`` if standard error is a terminal, else plain lines."""
+    return LiveView(stages) if sys.stderr.isatty() else PlainLines()

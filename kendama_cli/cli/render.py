@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
@@ -109,16 +111,28 @@ def summary(record: RunRecord, next_step: str) -> None:
     for stage in record.stages:
         shown = {name: value for name, value in stage.metrics.items() if name != "warnings"}
         reason = stage.error and (failed_already or stage.error)
-        _closing(f"{stage.name:<9} {stage.status:<6} ", reason or figures(shown, 6))
+        _closing(f"{stage.name:<9} {stage.status:<6} ", reason or figures(shown, 6), COLOURS.get(stage.status, ""))
     for stage in record.stages:
         for warning in (stage.metrics.get("warnings") or "").splitlines():
-            _closing(f"{stage.name:<9} warns  ", warning)
+            _closing(f"{stage.name:<9} warns  ", warning, COLOURS["warns"])
     for line in record.read:
         _closing(f"{'read':<16} ", line)
+    if record.is_recorded:
+        _closing(f"{'results':<16} ", f"in {short(record.home)}")
     print(f"run {record.run} {record.outcome}; {next_step}")
 
 
-def _closing(head: str, told: str) -> None:
+COLOURS = {"ran": "32", "cached": "2", "failed": "31", "warns": "33"}
+"""Codes of the terminal (green, faint, red, yellow) in which the head of a closing line stands."""
+
+
+def short(path: Path) -> str:
+    """Return a path from the current folder on where it is below that, else whole."""
+    here = Path.cwd()
+    return str(path.relative_to(here)) if path.is_relative_to(here) else str(path)
+
+
+def _closing(head: str, told: str, colour: str = "") -> None:
     """Print ``told`` after ``head``, on a terminal in lines that end between words; elsewhere in one line."""
     columns = shutil.get_terminal_size((0, 0)).columns
     words = told.split(" ")
@@ -128,4 +142,6 @@ def _closing(head: str, told: str) -> None:
             lines.append(" " * len(head) + word)
         else:
             lines[-1] += f" {word}"
+    if colour and sys.stdout.isatty() and "NO_COLOR" not in os.environ:
+        lines[0] = f"\x1b[{colour}m{head}\x1b[0m{lines[0][len(head) :]}"
     print("\n".join(lines))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import yaml
 
@@ -21,6 +22,7 @@ from kendama_cli.pipeline.record import begin, version_differences
 from kendama_cli.pipeline.runner import Runner
 from kendama_cli.pipeline.watched import configuration_stamps, input_stamps
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store, with_executor
+from kendama_cli.store.home import home_above
 
 
 def run_pipeline(
@@ -42,6 +44,7 @@ def run_pipeline(
 
     The exit code is 1 too where a stage kept what it had and did not come to its end: an arm that stopped, say.
     """
+    is_new = not site.home.exists()
     opened = None if watch is None else watch.opened()  # a taken port is told at once
     configuration = configuration_stamps(site.considered, pipeline)
     planner, configured = _planned(site, pipeline, until, with_executor(overrides, on))
@@ -52,10 +55,12 @@ def run_pipeline(
     settings = build_settings(configured.config)
     with (
         open_cluster(planner.store, settings, render.note) as cluster,
-        PlainLines() if as_json else observer() as view,
+        PlainLines() if as_json else observer([spec.name for spec in planner.pipeline.stages]) as view,
         with_page(view, opened, record, planner) as seen,
     ):
         Runner(planner, record, seen, forced=forced, cluster=cluster).run()
+    if is_new:
+        _tell_new_home(site.home)
     show_end(record, as_json=as_json)
     whole = record.outcome == "done" and all(stage.metrics.get("completed") is not False for stage in record.stages)
     if not forced and whole and asked is not None:
@@ -67,6 +72,15 @@ def run_pipeline(
                 watched = {**configuration, **inputs, **configured.looked}
                 keep(asked, record, parts, watched, read=configured.environment, began_s=began_s)
     return 0 if whole else 1
+
+
+def _tell_new_home(home: Path) -> None:
+    """Tell of a home that this run has made, and of one in a folder above."""
+    size = sum(path.stat().st_size for path in home.rglob("*") if path.is_file())
+    holds = f"{size / 1e6:.1f} MB of results, logs and cache, which Git ignores"
+    render.note(f"made the home {render.short(home)}: {holds}")
+    if above := home_above(home):
+        render.note(f"each folder has its own; a folder above has one: --home {above}")
 
 
 def show_plan(

@@ -14,7 +14,7 @@ from typing import Any
 
 from kendama_cli.errors import FormatError, ReadOnlyError, StoreError, UsageError
 from kendama_cli.store import durable
-from kendama_cli.store.home import STAGE, record_path, run_folder, run_names, run_number
+from kendama_cli.store.home import STAGE, above_notice, record_path, run_folder, run_names, run_number
 from kendama_cli.system.interface import system
 from kendama_cli.system.processor import processor
 from kendama_cli.version import __version__
@@ -227,7 +227,7 @@ def find_run(home: Path, run: str | None) -> dict[str, Any]:
         return found[0]
     if run is None or not any(read_run(home, name) for name in reversed(names)):
         unreadable = sum(record_path(home, name).exists() for name in names)
-        none = f"no runs in {home} yet; 'kendama run' makes one, --home names another folder"
+        none = f"no runs in {home} yet{above_notice(home)}; 'kendama run' makes one, --home names another folder"
         raise UsageError(unreadable_notice(home, unreadable) if unreadable else none)
     from kendama_cli.schema.hints import nearest  # noqa: PLC0415 - only where there is something to say
 

@@ -55,6 +55,7 @@ class StageDeclaration:
     that a person must act for, ``moves = True`` on those of hardware that may be real. Where no settings say so it
     computes: a demonstrator that reads files, or a simulated twin.
 
+    ``brief`` tells a result in a few words, with its metrics in braces as ``str.format`` takes them.
     ``metrics``, ``topic_words`` and ``figures`` say in a sentence each what a metric, a topic and a figure of the
     report (by the name that ``drawing`` is given) is, and what is good. ``kendama explain``, the report and the pages
     print them. A ``*`` in a name stands for a joint or a camera.
@@ -77,6 +78,7 @@ class StageDeclaration:
     episodes: str | None = None
     headline: tuple[Headline, ...] = field(default=())
     packages: tuple[str, ...] = ()
+    brief: str = ""
     metrics: Mapping[str, str] = field(default_factory=dict)
     topic_words: Mapping[str, str] = field(default_factory=dict)
     figures: Mapping[str, str] = field(default_factory=dict)

@@ -19,7 +19,9 @@ from kendama_cli.store import durable
 
 MARK = "kendama-home.json"
 """The file by which a home is known; sealed."""
-NOTHING = ("lost+found", "locks")
+IGNORE = ".gitignore"
+"""The file by which Git passes over a new home."""
+NOTHING = ("lost+found", "locks", IGNORE)
 """Names beside which a folder counts as empty: a new disk's own, and what a run of 0.2 left that could not begin."""
 KEY = re.compile(r"[0-9a-f]{40}")
 DIGEST = re.compile(r"[0-9a-f]{64}")
@@ -60,6 +62,8 @@ def claim(home: Path, option: str = "--home") -> None:
     names = [one for one in durable.listed(home) if not UNFINISHED.fullmatch(one.name) and one.name not in NOTHING]
     if not names:
         _mark(home)
+        with contextlib.suppress(StoreError):
+            durable.write_file(home / IGNORE, b"# made by kendama: results are made again, not versioned\n*\n")
     elif _has_records(home):
         with contextlib.suppress(StoreError):  # another user's, or a full disk: the records speak for it as well
             _mark(home)
@@ -68,6 +72,18 @@ def claim(home: Path, option: str = "--home") -> None:
             f"{home} holds files and is no home of kendama ({names[0].name}, ...): nothing there is written or "
             f"deleted; name an empty or a new folder with {option}"
         )
+
+
+def home_above(home: Path) -> Path | None:
+    """Return the nearest home of the same name in a folder above that of ``home``; None where there is none."""
+    above = (folder / home.name for folder in home.absolute().parent.parents)
+    return next((one for one in above if (one / MARK).is_file()), None)
+
+
+def above_notice(home: Path) -> str:
+    """Return a clause that names a home above ``home``; empty where there is none."""
+    above = home_above(home)
+    return "" if above is None else f"; a folder above has one: --home {above}"
 
 
 def is_made_here(home: Path, path: Path) -> bool:

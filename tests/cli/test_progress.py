@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import io
+import string
 from pathlib import Path
+from typing import Any
 
 import pytest
+from rich.console import Console
+from rich.text import Text
 
-from kendama_cli.cli.progress import PlainLines
+from kendama_cli.cli.progress import LiveView, PlainLines, briefly
 from kendama_cli.cli.render import figures, summary
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
+from kendama_cli.schema.declaration import find_stage, stage_names
 
 
 def test_a_stage_that_starts_tells_its_first_reasons_and_how_many_more(capsys: pytest.CaptureFixture[str]) -> None:
@@ -39,13 +45,45 @@ def test_a_closing_line_breaks_between_words_alone(
     record = ended("ran", **{f"position_error_mm_p{i}": 0.1234 * i for i in range(1, 7)})
     monkeypatch.delenv("COLUMNS", raising=False)
     summary(record, "end")
-    (whole, _) = capsys.readouterr().out.splitlines()
+    whole, results, _ = capsys.readouterr().out.splitlines()
+    assert results == "results          in ."
     monkeypatch.setenv("COLUMNS", str(columns))
     summary(record, "end")
-    lines = capsys.readouterr().out.splitlines()[:-1]
+    lines = capsys.readouterr().out.splitlines()[:-2]
     assert len(lines) > 1
     assert max(map(len, lines)) <= columns
     assert " ".join(" ".join(lines).split()) == " ".join(whole.split())
+
+
+def test_a_result_is_told_in_the_words_of_its_declaration_where_it_has_their_metrics() -> None:
+    def told(stage: str, **metrics: Any) -> str:
+        return briefly(StageOutcome(stage, stage, "key", "ran", 1.0, None, metrics, None))
+
+    assert told("adapt", success_rate=1.0, tau_scale=1.1432) == "100% of repeats caught, tau 1.14"
+    assert told("adapt", success_rate=None, tau_scale=1.1432, a=1) == "success_rate -, tau_scale 1.143"
+    assert told("strangers", a=1, b=2, c=3) == "a 1, b 2"
+
+
+def test_every_stage_has_few_words_for_its_result() -> None:
+    for one in map(find_stage, stage_names()):
+        assert one is not None
+        fields = {name for _, name, _, _ in string.Formatter().parse(one.brief) if name}
+        assert fields <= set(one.metrics), one.name
+        assert fields or "toy" in one.name
+
+
+def test_the_live_view_has_a_line_a_stage_in_the_order_of_the_pipeline(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    view = LiveView(["capture", "encode"])
+    view._console = view._progress.live.console = Console(width=80, file=io.StringIO(), force_terminal=True)
+    view.stage_starts("encode", "key", ())
+    view.stage_starts("capture", "key", ())
+    view.stage_progress("encode", 3, 12, {f"figure_{i}": 0.5 for i in range(9)})
+    with view._console.capture() as shown:
+        view._console.print(view._progress.get_renderable())
+    lines = [line for line in Text.from_ansi(shown.get()).plain.splitlines() if line.strip()]
+    assert [line.split()[1] for line in lines] == ["capture", "encode"]
+    assert max(map(len, lines)) <= 80
 
 
 def test_a_failure_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:

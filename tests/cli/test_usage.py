@@ -113,6 +113,15 @@ def test_home_is_taken_before_or_after_the_command_or_from_the_environment(toy: 
     assert not toy.home.exists()
 
 
+def test_a_first_run_tells_of_its_home_and_of_one_above(toy: ToyProject) -> None:
+    first = toy.kendama("run", "-p", "toy", "--until", "roll", "--home", ".kendama").stderr
+    assert "made the home .kendama: " in first
+    assert (toy.folder / ".kendama/.gitignore").read_text().endswith("\n*\n")
+    assert "made the home" not in toy.kendama("run", "-p", "toy", "--until", "roll", "--home", ".kendama").stderr
+    below = toy.folder / "sub/.kendama"
+    assert f"--home {toy.folder / '.kendama'}" in toy.kendama("report", "--home", str(below), expect=2).stderr
+
+
 def test_a_home_that_is_a_file_is_told(toy: ToyProject) -> None:
     (toy.folder / "taken").write_text("mine")
     error = toy.kendama("runs", "--home", "taken", expect=2).stderr

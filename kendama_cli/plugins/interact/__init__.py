@@ -17,6 +17,7 @@ STAGE = StageDeclaration(
     kind="moves",
     chapter="kendama_cli.plugins.interact.chapter:interaction_figures",
     headline=(Headline("force_error_rms_n", "rms error of the force on what the arm touches"),),
+    brief="force {force_error_rms_n:.2g} N off, path {path_error_rms_mm:.2g} mm off",
     metrics={
         "force_error_rms_n": (
             "Root mean square error of the contact force along its desired direction; smaller is better."

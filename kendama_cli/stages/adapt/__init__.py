@@ -22,6 +22,7 @@ STAGE = StageDeclaration(
         Headline("success_rate", "of perturbed repeats caught by the adapted swing"),
         Headline("tau_scale", "time scale tau of the catch"),
     ),
+    brief="{success_rate:.0%} of repeats caught, tau {tau_scale:.2f}",
     metrics={
         "caught": "True if the chosen motion catches in the undisturbed simulation.",
         "caught_later": "True if the ball came into the cup off the rim or on a later descent.",

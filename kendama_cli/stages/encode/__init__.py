@@ -16,6 +16,7 @@ STAGE = StageDeclaration(
     topics=TOPICS,
     chapter="kendama_cli.stages.encode.chapter:encode_figures",
     headline=(Headline("rmse_mm", "error of the movement primitive"),),
+    brief="fitted to {rmse_mm:.1f} mm by {n_parameters} parameters",
     metrics={
         "n_parameters": "Number of parameters of one coordinate: goal, duration and weights.",
         "rmse_mm": (

@@ -17,6 +17,7 @@ STAGE = StageDeclaration(
     kind="moves",
     chapter="kendama_cli.stages.identify.chapter:identification_figures",
     headline=(Headline("tracking_rms_mm_after", "error of the cup at speed, friction compensated"),),
+    brief="{tracking_rms_mm_before:.1f} mm off before, {tracking_rms_mm_after:.1f} mm after",
     metrics={
         "model": "Friction model with the smaller error on held-out samples: parametric or network.",
         "parametric_rms_nm": (

@@ -21,6 +21,7 @@ STAGE = StageDeclaration(
         Headline("rollouts_to_solved", "rollouts before the first of those in a row that prove the swing-up"),
         Headline("frozen_caught_rate", "of swing-ups by the frozen policy end in the cup"),
     ),
+    brief="{rollouts_to_solved} rollouts to solved, {frozen_caught_rate:.0%} caught",
     metrics={
         "learned": "True if the policy reached its streak of successes while it learned.",
         "rollouts_to_learned": (

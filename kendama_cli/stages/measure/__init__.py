@@ -17,6 +17,7 @@ STAGE = StageDeclaration(
     kind="moves",
     chapter="kendama_cli.stages.measure.chapter:figures",
     headline=(Headline("rope_mm", "length of the rope"), Headline("drag_n_s_m_at_3", "drag over speed at 3 m/s")),
+    brief="rope {rope_mm:.0f} mm, drag {drag_n_s_m_at_3:.2g} N s/m at 3 m/s",
     metrics={
         "rope_mm": "Length of the rope from the tie to the ball's centre, from the period of the free swing.",
         "rope_mm_half_interval": "Half width of the 95 % interval of the rope's length.",

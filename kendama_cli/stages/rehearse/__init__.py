@@ -20,6 +20,7 @@ STAGE = StageDeclaration(
         Headline("speed", "of the motion's own speed was played on {robot}"),
         Headline("tracking_error_rms_mrad", "mrad rms between what was sent and what was measured"),
     ),
+    brief="{tracking_error_rms_mrad:.1f} mrad behind at {speed:.0%} speed",
     metrics={
         "speed": "Speed of the rehearsal, as a fraction of the motion's own.",
         "completed": "True if the arm played the motion to its end.",

@@ -23,6 +23,7 @@ STAGE = StageDeclaration(
         Headline("success_rate_after", "of swing-ups succeed on {robot}"),
         Headline("caught_rate", "of full games caught on {robot}"),
     ),
+    brief="{caught_rate:.0%} of {games} games caught, {success_rate_after:.0%} swung up",
     metrics={
         "rollouts": "Number of rollouts that were learned on the robot.",
         "learned": "True if the policy reached its streak of successes on the robot.",
