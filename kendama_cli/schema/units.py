@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-LengthUnit = Literal["m", "cm", "mm"]
+LengthUnit = Literal["m", "cm", "mm", "in"]
 TimeUnit = Literal["s", "ms", "us", "ns"]
-METRES: Mapping[LengthUnit, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+METRES: Mapping[LengthUnit, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 SECONDS: Mapping[TimeUnit, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-_LENGTHS: Mapping[str, LengthUnit] = {"meter": "m", "metre": "m", "centimet": "cm", "millimet": "mm"}
+_LENGTHS: Mapping[str, LengthUnit] = {"meter": "m", "metre": "m", "centimet": "cm", "millimet": "mm", "inch": "in"}
 _TIMES: Mapping[str, TimeUnit] = {
     "sec": "s",
     "millisec": "ms",

@@ -17,9 +17,21 @@ from kendama_cli.devices.demonstrator.segments import checked_swings
 from kendama_cli.devices.demonstrator.settings import FileCapture
 from kendama_cli.devices.demonstrator.text import read_text
 from kendama_cli.devices.demonstrator.tidy import tidied
+from kendama_cli.devices.recordings.columnar import columnar_texts
 from kendama_cli.devices.recordings.mcap_poses import listed, pose_topics, read_pose_tracks
 from kendama_cli.devices.recordings.poses import PoseTrack
-from kendama_cli.devices.recordings.recording_format import BAG, C3D, MCAP, STREAM, TABLE, format_of
+from kendama_cli.devices.recordings.recording_format import (
+    BAG,
+    BVH,
+    C3D,
+    MCAP,
+    NPZ,
+    PARQUET,
+    STREAM,
+    TABLE,
+    format_of,
+    layout_command,
+)
 from kendama_cli.errors import InputError
 from kendama_cli.log.reader import LogFile
 from kendama_cli.motion.rotation import mapped
@@ -116,15 +128,17 @@ def _read(path: str, settings: FileCapture) -> Sequence[Recording]:
     form = format_of(Path(path), remedy=remedy, folder_remedy=f"{remedy}, such as '{path}/*.csv'")
     if settings.format == "mcap" or (settings.format == "auto" and form is MCAP):
         return read_mcap(path, settings)
-    bodies = f"kendama run capture=body capture.path={path}"
-    if form in (BAG, C3D):
-        raise InputError(path, f"is {form.name}, and capture=file reads text and MCAP", remedy=bodies)
+    if form in (PARQUET, NPZ):
+        return [read_text(path, text.encode(), settings) for text in columnar_texts(path, form)]
+    if form in (BAG, C3D, BVH):
+        problem = f"is {form.name}, whose bodies capture=body reads"
+        raise InputError(path, problem, remedy=f"type: {layout_command(path)}")
     try:
         return (read_text(path, Path(path).read_bytes(), settings),)
     except InputError as wrong:
         if form in (TABLE, STREAM):
             raise
-        remedy = f"{wrong.remedy}; it is {form.name}, which capture=body reads: {bodies}"
+        remedy = f"it is {form.name}, which capture=body reads; type: {layout_command(path)}"
         raise InputError(path, wrong.problem, where=wrong.where, remedy=remedy) from None
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from kendama_cli.devices.demonstrator.recording import Recording, unit_rotations
 from kendama_cli.devices.demonstrator.settings import Column, FileCapture
-from kendama_cli.devices.recordings.recording_format import name_of, text_of
-from kendama_cli.devices.recordings.text_table import Row, exact_seconds, head_length, number, rows_of, times
+from kendama_cli.devices.recordings.recording_format import layout_command, name_of, text_of
+from kendama_cli.devices.recordings.text_table import JUDGED, Row, exact_seconds, head_length, number, rows_of, times
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.hints import nearest
@@ -36,7 +36,7 @@ class Rows:
 def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
     """Read the recording in the text ``content`` of file ``path``; raises InputError naming line, column and value."""
     text = text_of(path, content, remedy=REMEDY)
-    rows = _rows(path, text, settings)
+    rows = split_rows(path, text, settings)
     _check_units(path, rows, settings)
     columns = (settings.columns.x, settings.columns.y, settings.columns.z)
     axes = [
@@ -56,8 +56,9 @@ def read_text(path: str, content: bytes, settings: FileCapture) -> Recording:
         _seconds(path, rows, settings),
         METRES[settings.unit] * np.column_stack(axes),
         where,
-        "look at the unit (capture.unit: m, cm or mm) and at capture.columns",
-        "look at capture.columns and capture.sign (z points up, x lies in the swing's plane)",
+        f"look at the unit (capture.unit) and at capture.columns, or type: {layout_command(path)}",
+        "look at capture.columns and capture.sign (z points up, x lies in the swing's plane), or type: "
+        + layout_command(path),
         rotation_wxyz=_rotation(path, rows, settings, where),
         origin=(found[1] or found[2]).lower() if (found := ORIGIN.search(text[:MAX_HEAD_CHARACTERS])) else "",
     )
@@ -91,7 +92,7 @@ def _rotation(path: str, rows: Rows, settings: FileCapture, where: Callable[[int
     return unit_rotations(path, np.column_stack(parts), where, from_start=named.upright == "start")
 
 
-def _rows(path: str, text: str, settings: FileCapture) -> Rows:
+def split_rows(path: str, text: str, settings: FileCapture) -> Rows:
     """Split into header and data rows, without leading comments and blank lines; raises InputError without data.
 
     A comment before the data may hold the names, as numpy writes them, where no row of the header does.
@@ -133,9 +134,10 @@ def _rows(path: str, text: str, settings: FileCapture) -> Rows:
             remedy="export it with semicolons or tabs between the columns",
         )
     before = chosen[0].line
-    told = ["\n" * i + lines[i].lstrip()[len(mark) :] for i in remarks if i < before]
-    commented = [row for one in told for row in rows_of(one, settings.delimiter) if row.filled]
-    return Rows((*commented, *rows[:header]), tuple(chosen))
+    numbered = "\n".join(lines[before - 1 : before - 1 + JUDGED])  # what separates cells is judged by the data
+    told = {i + 1: "\n" * i + f"{lines[i].lstrip()[len(mark) :]}\n{numbered}" for i in remarks if i < before}
+    commented = [rows_of(one, settings.delimiter, line)[0] for line, one in told.items()]
+    return Rows((*(row for row in commented if row.filled), *rows[:header]), tuple(chosen))
 
 
 def _check_units(path: str, rows: Rows, settings: FileCapture) -> None:
@@ -151,7 +153,8 @@ def _check_units(path: str, rows: Rows, settings: FileCapture) -> None:
         text = (time_unit if axis == "time" else length_unit)(cell)
         if text not in (None, declared):
             problem = f"the row of units says '{cell}' for column {column}, and capture.{key} is {declared}"
-            raise InputError(path, problem, where=f"line {row.line}", remedy=f"set capture.{key}={text}")
+            remedy = f"set capture.{key}={text}, or type: {layout_command(path)}"
+            raise InputError(path, problem, where=f"line {row.line}", remedy=remedy)
 
 
 def _index(path: str, header: Sequence[Row], key: str, column: int | str, base: int) -> int:
@@ -159,7 +162,9 @@ def _index(path: str, header: Sequence[Row], key: str, column: int | str, base: 
     if isinstance(column, int):
         return column - base
     if not header:
-        raise InputError(path, f"no header row, but {key} is the name '{column}'", remedy=f"set {key} to a number")
+        raise InputError(
+            path, f"no header row, but {key} is the name '{column}'", remedy=f"type: {layout_command(path)}"
+        )
     row = next((row for row in reversed(header) if column in row.cells), None)
     if row is None:  # the last row may hold units
         row = max(
@@ -172,7 +177,7 @@ def _index(path: str, header: Sequence[Row], key: str, column: int | str, base: 
             f"{found} '{column}' ({key}); its header has {', '.join(row.filled)[:200] or 'no names'}"
             f"{nearest(column, row.cells)}",
             where=f"line {row.line}",
-            remedy=f"set {key} to one of these names or to a number",
+            remedy=f"set {key} to one of these names or to a number, or type: {layout_command(path)}",
         )
     return row.cells.index(column)
 

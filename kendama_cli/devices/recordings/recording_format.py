@@ -5,6 +5,7 @@ The hand (``capture=file``, ``capture=body``), the measured toy and ``kendama lo
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,6 +47,9 @@ def _text(head: bytes) -> str:
 MCAP = RecordingFormat("an MCAP with poses", lambda head: head.startswith(MCAP_MAGIC), (".mcap",))
 BAG = RecordingFormat("a ROS bag", lambda head: head.startswith((b"#ROSBAG V", b"SQLite format 3\0")), (".bag", ".db3"))
 C3D = RecordingFormat("a C3D", _is_c3d)
+PARQUET = RecordingFormat("a Parquet table", lambda head: head.startswith(b"PAR1"), (".parquet",))
+NPZ = RecordingFormat("an npz", lambda head: head.startswith(b"PK\3\4"), (".npz",))
+BVH = RecordingFormat("a BVH", lambda head: _text(head).lstrip().startswith("HIERARCHY"), (".bvh",))
 QUALISYS = RecordingFormat("a Qualisys TSV", lambda head: _text(head).startswith("NO_OF_FRAMES\t"))
 TRC = RecordingFormat("a TRC", lambda head: _text(head).startswith("PathFileType"))
 VICON = RecordingFormat("a Vicon CSV", lambda head: _text(head).startswith(VICON_PARTS))
@@ -53,7 +57,7 @@ MOTIVE = RecordingFormat("a Motive CSV", lambda head: _text(head).startswith("Fo
 STREAM = RecordingFormat("a stream that was kept", lambda head: f"\n{STREAM_HEADER}\n" in f"\n{_text(head)}")
 TABLE = RecordingFormat("a table of text", lambda head: True)
 
-FORMATS = (MCAP, BAG, C3D, QUALISYS, TRC, VICON, MOTIVE, STREAM, TABLE)
+FORMATS = (MCAP, BAG, C3D, PARQUET, NPZ, BVH, QUALISYS, TRC, VICON, MOTIVE, STREAM, TABLE)
 """In the order in which they are tried; what is none of the others is a table."""
 
 
@@ -68,6 +72,8 @@ def format_of(path: Path, *, remedy: str, folder_remedy: str | None = None) -> R
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
             return BAG
+        if (path / "meta/info.json").is_file():  # a LeRobot dataset
+            return PARQUET
         raise InputError(name, "is a folder, not a file", remedy=folder_remedy or remedy)
     try:
         with path.open("rb") as file:
@@ -80,6 +86,11 @@ def format_of(path: Path, *, remedy: str, folder_remedy: str | None = None) -> R
         raise InputError(name, "is empty, no row", remedy=remedy)
     begun = next(one for one in FORMATS if one.begins(head))
     return begun if begun is not TABLE else next((one for one in FORMATS if path.suffix.lower() in one.endings), TABLE)
+
+
+def layout_command(path: str) -> str:
+    """Return the command that finds out how a recording is laid out."""
+    return f"kendama capture layout {shlex.quote(path)}"
 
 
 def name_of(path: str) -> str:

@@ -39,7 +39,7 @@ def open_bodies(settings: BodyCapture) -> Sequence[RecordedDemonstrator]:
     """Open a demonstrator for every swing of the body in every file; raises InputError for a file that lacks it."""
     recordings: list[Recording] = []
     for path in (settings.path,) if isinstance(settings.path, str) else settings.path or ():
-        tracks = {one.name: one for one in read_bodies(path)}
+        tracks = {one.name: one for one in read_bodies(path, settings.unit)}
         body = named_body(path, tracks, settings.body, "body")
         ball = None if settings.ball is None else named_body(path, tracks, settings.ball, "ball")
         recording = recording_of(path, body, ball, settings)

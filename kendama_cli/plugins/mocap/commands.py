@@ -1,4 +1,4 @@
-"""The commands about the hand: where the cup is in a tracked body."""
+"""The commands about the hand: the layout of a recording, and where the cup is in a tracked body."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from kendama_cli.cli import render
-from kendama_cli.cli.options import Json
+from kendama_cli.cli.options import ConfigDir, Home, Json
 from kendama_cli.errors import InputError
 
 SECTION = "Record"
@@ -20,6 +20,55 @@ capture_app = typer.Typer(help="Prepare recordings of the hand.", no_args_is_hel
 @capture_app.callback()
 def capture() -> None:
     """Prepare recordings of the hand."""
+
+
+@capture_app.command("layout")
+def capture_layout(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Recordings with one layout.")],
+    yes: Annotated[bool, typer.Option("-y", "--yes", help="Take the best guess and write it, without asking.")] = False,
+    name: Annotated[str | None, typer.Option(metavar="NAME", help="Write conf/capture/NAME.yaml.")] = None,
+    rate: Annotated[
+        float | None, typer.Option(metavar="HZ", min=1, help="Sampling rate, if the file has none.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Draw the path as a PNG or SVG.")
+    ] = None,
+    home: Home = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """Guess a recording's columns, units, rate and axes, and write the YAML for it.
+
+    Each guess stands with its evidence. Example: kendama capture layout swing.csv -y
+    """
+    import sys
+
+    from kendama_cli.cli.output_file import refuse_output, write_output
+    from kendama_cli.config.site import find_site
+    from kendama_cli.plugins.mocap.layout import guess
+    from kendama_cli.plugins.mocap.layout.fit import equals
+    from kendama_cli.plugins.mocap.layout.picture import ending_of, picture, sketch
+
+    if output is not None:
+        refuse_output(output, "the path is drawn as a PNG or an SVG", ".png", ".svg")
+    site, paths = find_site(home, config_dir), [str(file) for file in files]
+    found = guess.guess(site, paths, rate)
+    equal = equals(found)
+    made = guess.layout(site, paths, found[0], equal)
+    guess.show(made, sketch(made.best.path()))
+    asked = not yes and sys.stdin.isatty() and sys.stdout.isatty()
+    if asked and equal:
+        chosen = typer.prompt("which guess is right", default=1, type=int)
+        made = guess.layout(site, paths, [found[0], *equal][max(0, min(chosen - 1, len(equal)))], equal)
+    if output is not None:
+        title = f"{paths[0]}: {made.best.reading.track}"
+        write_output(output, picture(title, made.best.reading.t_s, made.best.path(), ending_of(output)))
+        render.text(f"drawn: {output}")
+    chosen_name = name or guess.name_for(site, paths[0])
+    if not (yes or (asked and typer.confirm(f"write conf/capture/{chosen_name}.yaml", default=True))):
+        render.text(f"nothing is written; to write conf/capture/{chosen_name}.yaml, add -y")
+        return
+    file = guess.write_yaml(site, chosen_name, made)
+    render.text(f"written: {file}\nnext: kendama run capture={chosen_name}")
 
 
 @capture_app.command("pivot")

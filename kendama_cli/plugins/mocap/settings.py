@@ -10,6 +10,7 @@ from kendama_cli.devices.demonstrator.settings import TIMES, PlausibleSettings
 from kendama_cli.devices.streams.stream_server import StreamServer
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
+from kendama_cli.schema.units import LengthUnit
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class BodyCapture(BodySettings):
     path: str | tuple[str, ...] | None = setting("file, glob or list of them", file=True)
     body: str | None = setting("name of the rigid body on the cup (a marker, topic or child frame); null: the only one")
     ball: str | None = setting("name of the ball's marker; null: it was not tracked")
+    unit: LengthUnit | None = setting("unit of a file that does not tell it, as BVH does not", absent=None)
     misses: Literal["drop", "keep"] = setting("swings after which the ball is not in the cup, where it was tracked")
 
     def __post_init__(self) -> None:

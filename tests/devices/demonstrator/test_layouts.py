@@ -135,7 +135,7 @@ def test_a_date_that_is_none_is_reported(tmp_path):
 
 def test_a_file_of_another_kind_is_called_by_its_name(tmp_path):
     (tmp_path / "a.c3d").write_bytes(b"\x02\x50" + bytes(510))
-    assert "is a C3D, and capture=file reads text and MCAP; kendama run capture=body" in refusal(tmp_path / "a.c3d")
+    assert "is a C3D, whose bodies capture=body reads; type: kendama capture layout" in refusal(tmp_path / "a.c3d")
     trc = write(tmp_path / "a.trc", ["PathFileType\t4\t(X/Y/Z)\ta.trc", "DataRate\tUnits", "100\tm", *csv_lines()[1:]])
     assert "it is a TRC, which capture=body reads" in refusal(trc)
 

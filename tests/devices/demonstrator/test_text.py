@@ -135,7 +135,7 @@ def test_a_motive_file_is_read_by_column_numbers(recordings):
         ({"columns": {"x": None}}, "capture.columns.x", "must be a column number or name, not null"),
         ({"columns": {"x": 0}}, "capture.columns.x", "allowed: at least 1"),
         ({"first_row": 9, "last_row": 3}, "capture.last_row", "allowed: at least first_row (9), or null"),
-        ({"unit": "km"}, "capture.unit", "allowed: m, cm, mm"),
+        ({"unit": "km"}, "capture.unit", "Allowed: m, cm, mm, in"),
     ],
 )
 def test_a_wrong_declaration_names_its_key(changes, key, message):

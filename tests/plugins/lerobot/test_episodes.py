@@ -12,7 +12,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import find_site
+from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.log.reader import LogFile
+from kendama_cli.pipeline.nodes import build_settings
 from tests.cli.typed import kendama, refused
 
 FPS = 50
@@ -134,3 +138,19 @@ def test_lerobots_own_loader_reads_them(datasets: dict[str, Path], monkeypatch: 
         np.testing.assert_array_equal(read[3]["action"].numpy()[1], table["action"][4])
         end = int(read.meta.episodes[0]["dataset_to_index"]) - 1
         assert read[end]["action_is_pad"].tolist() == [False] + [True] * 7
+
+
+def test_a_dataset_of_ours_is_read_as_demonstrations_without_a_layout(
+    datasets: dict[str, Path], tmp_path: Path
+) -> None:
+    """The folder and its file alike; a demonstration an episode, at the rate of the export."""
+    folder = datasets["capture"]
+    expected = [stacked(one, "observation.state")[:, :3] for _, one in frames(folder).groupby("episode_index")]
+    for path in (folder, folder / "data/chunk-000/file-000.parquet"):
+        config = composed(find_site(tmp_path / "home"), ["capture=file", f"capture.path='{path}'"])
+        hands = open_demonstrators(build_settings(config)["capture"])
+        found = [np.array([sample.position_m for sample in hand.samples()]) for hand in hands]
+        assert len(found) == len(expected)
+        for one, true in zip(found, expected, strict=True):
+            np.testing.assert_allclose(one, true, atol=1e-6)
+        assert [round(hand.rate_hz) for hand in hands] == [FPS] * len(expected)

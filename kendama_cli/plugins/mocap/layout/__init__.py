@@ -1,0 +1,1 @@
+"""Guessing how a recording is laid out, with the evidence for each guess."""
