@@ -22,6 +22,9 @@ from kendama_cli.robot_model.placement.find_placement import PlacedMotion, find_
 from kendama_cli.settings.placement import placed
 from kendama_cli.store.durable import write_file
 
+TURNS_DEG = 3600.0
+"""More than any arm turns between its stops."""
+
 
 @dataclass(frozen=True)
 class PlaceOptions:
@@ -104,7 +107,8 @@ def _show(motion: PlacedMotion) -> None:
             f"{row[kind]:.2f}{' <' if (kind, row['joint']) in leading else ''}"
             for kind in ("speed", "acceleration", "effort")
         ]
-        rows.append((row["joint"], *shares, f"{row['to_stop_deg']:.0f} deg"))
+        endless = row["to_stop_deg"] > TURNS_DEG  # a continuous joint has no stop
+        rows.append((row["joint"], *shares, "none" if endless else f"{row['to_stop_deg']:.0f} deg"))
     render.table(rows, head=("joint", "speed", "acceleration", "effort", "to stop"))
     clear = motion.clearance
     render.text(f"peaks over limits at tau_scale {motion.tau_scale:.2f}; < leads")

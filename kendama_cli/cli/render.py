@@ -90,11 +90,18 @@ def plan_document(pipeline: str, overrides: Sequence[str], stages: Sequence[Stag
     }
 
 
-def figure(value: Any) -> str:
+def figure(value: Any, digits: int = 4) -> str:
     """Return a number as a person would write it."""
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: "-"}[value]
-    return f"{value:.4g}" if isinstance(value, float) else str(value) or "-"
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value) or "-"
+
+
+def change(before: Any, after: Any) -> str:
+    """Return ``before -> after`` with as many digits as tell the two apart."""
+    texts = ((figure(before, digits), figure(after, digits)) for digits in range(4, 18))
+    first, second = next((pair for pair in texts if pair[0] != pair[1]), (figure(before), figure(after)))
+    return f"{first} -> {second}"
 
 
 def figures(values: Mapping[str, Any], most: int | None = None) -> str:

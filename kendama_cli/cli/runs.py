@@ -250,4 +250,4 @@ def _show_groups(document: dict[str, Any]) -> None:
 def _show_pairs(title: str, pairs: dict[str, list[Any]]) -> None:
     render.text(f"{title}: {'' if pairs else 'the same'}".rstrip())
     for key, (old, new) in pairs.items():
-        render.text(f"  {key}: {_cell(old) or '-'} -> {_cell(new) or '-'}")
+        render.text(f"  {key}: {render.change(old, new)}")

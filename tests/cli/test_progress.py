@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from kendama_cli.cli.progress import LiveView, PlainLines, briefly
-from kendama_cli.cli.render import figures, summary
+from kendama_cli.cli.render import change, figures, summary
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
 from kendama_cli.schema.declaration import find_stage, stage_names
 
@@ -93,6 +93,22 @@ def test_a_failure_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
     told = capsys.readouterr()
     assert (told.err + told.out).count("the rope is too short") == 1
     assert "encode    failed standard error says why" in told.out
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "told"),
+    [
+        (0.2, 0.20001, "0.2 -> 0.20001"),
+        (0.2, 0.3, "0.2 -> 0.3"),
+        (1.0, 1.0000000001, "1 -> 1.0000000001"),
+        (None, 2, "- -> 2"),
+        ("", "a", "- -> a"),
+        (True, False, "yes -> no"),
+        (float("nan"), float("nan"), "nan -> nan"),
+    ],
+)
+def test_a_change_has_as_many_digits_as_tell_it(before: object, after: object, told: str) -> None:
+    assert change(before, after) == told
 
 
 def test_a_metric_that_says_nothing_is_a_dash() -> None:

@@ -87,7 +87,7 @@ def test_runs_whose_record_is_damaged_are_counted_aloud(tmp_path: Path) -> None:
         (["runs", "tag", "2", "a b"], "tag 'a b': letters"),
         (["runs", "tag", "2", "--remove", "other"], "has no tag 'other'"),
         (["diff", "1", "99"], "no run '99'"),
-        (["cache", "path", "1/nope"], "has no stage 'nope'; it has roll, total"),
+        (["cache", "path", "1/nope"], "has no stage 'nope'; it has: roll, total"),
         (["log", "info", "7/roll"], "no run '7'"),
     ],
 )
