@@ -51,7 +51,7 @@ def check(site: Site, pipeline: str, overrides: list[str], *, as_json: bool) -> 
     if not as_json:
         for line in seen:
             render.note(line)
-        render.note(f"{robot.name} may play it; first without the ball: docs/howto/first-time-on-an-arm.md")
+        render.note(f"{robot.called} may play it; first without the ball: docs/howto/first-time-on-an-arm.md")
     return 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ def describe(site: Site, overrides: list[str], *, as_json: bool) -> int:
     """Read the configured robot, show all that was read of it; the exit code is 2 where it cannot be simulated."""
     settings = build_settings(composed(site, overrides))
     robot, game = resolve_files(settings["robot"], "robot", site.data_roots), settings["game"]
-    document: dict[str, Any] = {"robot": robot.name, "path": robot.path, "root_link": None, "joints": []}
+    document: dict[str, Any] = {"robot": robot.called, "path": robot.path, "root_link": None, "joints": []}
     document |= {"tip_link": None, "tip_at_zero_m": None, "refused": None}
     try:
         found = describe_arm(robot)
@@ -46,7 +47,15 @@ def describe(site: Site, overrides: list[str], *, as_json: bool) -> int:
         render.document(document)
     else:
         _show(document)
+        if document["refused"] is None:
+            render.text(f"next: {place_command(robot, overrides)}")
     return 0 if document["refused"] is None else InputError.exit_code
+
+
+def place_command(robot: RobotSettings, overrides: list[str]) -> str:
+    """Return the command that finds where ``robot`` should stand, and writes it under a name that is free."""
+    name = robot.called if robot.called != robot.name else f"my_{robot.called}"
+    return shlex.join(["kendama", "robot", "place", *overrides, "-o", f"conf/robot/{name}.yaml"])
 
 
 def _figures(found: Description, robot: RobotSettings) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import yaml
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.cli import render
+from kendama_cli.cli.describe import place_command
 from kendama_cli.cli.pipeline_result import run_for
 from kendama_cli.config.site import Site
 from kendama_cli.errors import UsageError
@@ -69,8 +71,16 @@ def place(site: Site, pipeline: str, overrides: list[str], options: PlaceOptions
             render.text(line)
     require_workable(arm, motion)
     if output is not None:
-        _write(output, made.config["robot"], motion)
-        render.note(f"written to {output}; use it with robot={output.stem}")
+        _write(output, made.config["robot"] | {"name": output.stem}, motion)
+        words = shlex.join(["kendama", "run", "-p", pipeline, *_others(overrides), f"robot={output.stem}"])
+        render.note(f"written to {output}; next: {words}")
+    else:
+        render.note(f"nothing is written; next: {place_command(robot, overrides)}")
+
+
+def _others(overrides: list[str]) -> list[str]:
+    """Return the overrides that are not of the arm: its file holds them now."""
+    return [one for one in overrides if one.partition("=")[0].partition(".")[0] != "robot"]
 
 
 def _rows(motion: PlacedMotion) -> list[dict[str, Any]]:

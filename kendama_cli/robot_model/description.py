@@ -97,7 +97,7 @@ def read_description(robot: RobotSettings) -> Description:
 def read_lines(robot: RobotSettings) -> list[str]:
     """Return what a run says of its arm in the closing lines; raises InputError as read_description does."""
     first, *others = read_description(robot).lines()
-    return [f"{robot.name}: {first}", *others]
+    return [f"{robot.called}: {first}", *others]
 
 
 def describe_arm(robot: RobotSettings) -> Description:

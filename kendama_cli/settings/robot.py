@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import ClassVar
 
 from kendama_cli.errors import ConfigError
@@ -22,6 +23,8 @@ class ToolSettings:
             raise ConfigError("cup_axis", f"'cup_axis' is {list(self.cup_axis)}; allowed: any direction but zero")
 
 
+UNNAMED = "urdf"
+"""The name in conf/robot/urdf.yaml, which is for any arm."""
 PER_JOINT = (
     "home_rad",
     "lower_rad",
@@ -100,6 +103,11 @@ class RobotSettings:
         "radius of the capsule from a joint's origin to the next one's, for clearances; null: 0.06 [m]", above=0
     )
     stiffness_1_s2: float = setting("computed torque: Kp of the joint error; Kd = 2 sqrt Kp [1/s^2]", above=0)
+
+    @property
+    def called(self) -> str:
+        """Name as the user knows the arm: that of its description's file, where the settings have none of their own."""
+        return self.name if self.name != UNNAMED else PurePath(self.path).stem
 
     def __post_init__(self) -> None:
         if not self.path:

@@ -81,5 +81,17 @@ def test_joints_and_tip_stand_in_the_closing_lines(capsys: pytest.CaptureFixture
     record.read = planner.read_lines
     render.summary(record, "")
     out, _ = capsys.readouterr()
-    assert "read             urdf: 5 joints from 'base' to 'tool0': j1, j2, j3, j4, j5" in out
+    assert "read             arm: 5 joints from 'base' to 'tool0': j1, j2, j3, j4, j5" in out
     assert record.document()["read"] == list(planner.read_lines)
+
+
+def test_an_arm_of_ones_own_is_called_by_its_file_and_the_next_command_is_told(
+    recordings: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The gen3's odd joints turn without end."""
+    path = recordings / "urdf" / "kinova_gen3.urdf"
+    code, out, _ = kendama(capsys, "robot", "describe", "robot=urdf", f"robot.path={path}")
+    assert code == 0
+    assert out.startswith(f"kinova_gen3: {path}\n")
+    placed = f"kendama robot place robot=urdf robot.path={path} -o conf/robot/kinova_gen3.yaml"
+    assert out.endswith(f"can be simulated\nnext: {placed}\n")

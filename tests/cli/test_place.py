@@ -47,7 +47,7 @@ def test_the_node_that_is_written_is_the_placement_that_is_shown(tmp_path: Path)
     assert node["home_rad"] == shown["placement"]["home_rad"]
     assert node["tool"]["cup_axis"] == shown["placement"]["cup_axis"]
     assert node["redundancy_weights"] == shown["placement"]["redundancy_weights"]
-    assert node["name"] == "pa10"
+    assert node["name"] == "mine"
 
 
 def test_the_table_names_every_joint_and_marks_who_leads(tmp_path: Path) -> None:

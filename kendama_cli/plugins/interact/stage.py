@@ -95,7 +95,7 @@ class Interact:
         if error_m > self._settings.max_error_m:
             place = f"[{', '.join(f'{value:.3f}' for value in reference.position_m)}]"
             raise StageError(
-                f"step '{self._settings.script[step].name}' at {arm.t_s:.3f} s: the tool of {self._robot.name} is "
+                f"step '{self._settings.script[step].name}' at {arm.t_s:.3f} s: the tool of {self._robot.called} is "
                 f"{error_m:.3f} m from its reference {place} m; allowed: interact.max_error_m, "
                 f"{self._settings.max_error_m}; move interact.script[{step}].position_m within reach, "
                 "give it more time, or move what stands in the way",

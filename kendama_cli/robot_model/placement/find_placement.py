@@ -85,7 +85,7 @@ def find_placement(
     problem = PlacementProblem(arm, game, demands)
     best = search(problem, current_placement(arm), rng=np.random.default_rng(SEED), effort=effort, progress=progress)
     if best.value >= UNREACHED:
-        raise StageError(_out_of_reach(robot.name, problem, best.place))
+        raise StageError(_out_of_reach(robot.called, problem, best.place))
     return problem.placement(best.place)
 
 
@@ -109,7 +109,7 @@ def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:
     """Raise StageError, naming the obstacle, where the motion is beyond a limit or something collides."""
     if motion.clearance.gap_m < 0:
         raise StageError(
-            f"{robot.name}: the best placement found lets {motion.clearance.parts} overlap by "
+            f"{robot.called}: the best placement found lets {motion.clearance.parts} overlap by "
             f"{-1e3 * motion.clearance.gap_m:.0f} mm: make the motion smaller (adapt.swing_scale), or "
             "robot.link_radius_m if "
             "it is too wide"
@@ -117,7 +117,7 @@ def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:
     first = motion.shares.leading[0]
     if first.ratio > WORKABLE:
         raise StageError(
-            f"{robot.name}: the best placement found needs {first}: "
+            f"{robot.called}: the best placement found needs {first}: "
             "play the motion slower (adapt.tau_range), make it smaller (adapt.swing_scale), or choose another robot"
         )
 

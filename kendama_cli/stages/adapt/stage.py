@@ -135,7 +135,7 @@ def _require_playable(family: CatchFamily, settings: AdaptSettings, robot: Robot
     given = settings.placement == "fixed"
     otherwise = "place the arm otherwise (adapt.placement=search)" if given else "choose another robot"
     raise StageError(
-        f"the motion would have to be {swing.min_tau_scale():.2f} times slower for {robot.name}, whose "
+        f"the motion would have to be {swing.min_tau_scale():.2f} times slower for {robot.called}, whose "
         f"{swing.limiting_joint()} forbids it; "
         f"allowed: tau_scale up to {maximum}: raise adapt.tau_range, make it smaller (adapt.swing_scale), or "
         f"{otherwise}"
