@@ -28,11 +28,11 @@ def _moved(plan: MotionPlan, heights_m: tuple[float, ...], share: np.ndarray) ->
 
 def test_the_path_follows_the_bumps_and_its_ends_stay(plan: MotionPlan) -> None:
     """Twenty functions follow four bumps along each axis within 0.35 mm of 40; bounds at twice that."""
-    share = np.linspace(0.0, 1.0, 500)
-    moved = _moved(plan, HEIGHTS_M, share)
-    wanted = np.reshape(HEIGHTS_M, (2, 4)) @ bumps(4)
-    assert moved[:, 0] == pytest.approx(wanted[0], abs=7e-4)
-    assert moved[:, 2] == pytest.approx(wanted[1], abs=7e-4)
+    fraction = np.linspace(0.0, 1.0, 500)
+    moved = _moved(plan, HEIGHTS_M, fraction)
+    desired = np.reshape(HEIGHTS_M, (2, 4)) @ bumps(4)
+    assert moved[:, 0] == pytest.approx(desired[0], abs=7e-4)
+    assert moved[:, 2] == pytest.approx(desired[1], abs=7e-4)
     assert moved[:, 1] == pytest.approx(0.0, abs=1e-12)
     assert np.abs(moved).max() > 0.03
     assert np.abs(moved[[0, -1]]).max() < 7e-4

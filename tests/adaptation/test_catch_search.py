@@ -193,9 +193,9 @@ def test_a_finalist_that_was_certain_after_four_worlds_has_to_stand_more_of_them
             search = search.with_repeat(trial, Repeat(off < 0.038, off))
         else:
             search = _play(search, trial, lambda one: 0.03 + 20 * (one.tau_scale - 1.0) ** 2, spread, 0.0)
-    worlds = {variation.shifted: len(made) for variation, made in search.simulations.evaluated}
-    assert worlds[False] == 12
-    assert 4 < worlds[True] <= 12
+    simulations = {variation.shifted: len(made) for variation, made in search.simulations.evaluated}
+    assert simulations[False] == 12
+    assert 4 < simulations[True] <= 12
     best = METHOD.best(search)
     assert best is not None
     assert not best.shifted

@@ -98,8 +98,8 @@ def test_every_draw_is_within_what_is_declared(preset: str) -> None:
         (shipped.lag_s, [_arm(one).lag_s for one in draws]),
         (shipped.cup_error_hz, [_arm(one).cup_error_hz for one in draws]),
     )
-    for (low, high), drawn in ranges:
-        values = np.array(drawn, dtype=np.float64)
+    for (low, high), sampled in ranges:
+        values = np.array(sampled, dtype=np.float64)
         assert low <= values.min() < low + 0.05 * (high - low)
         assert high - 0.05 * (high - low) < values.max() <= high
     assert {one.world.joint_friction_fraction for one in draws} == {0.02}

@@ -41,10 +41,10 @@ def test_the_cup_points_where_it_was_turned_to(arm):
     swing = ArmMotion(arm, chosen, SHIPPED.lead_in_m_s2)
     made = swing.joints(1.0, 0.1)
     every = round(KNOT_S / 0.001) * 10
-    wanted = cup_axes(rotations_of(chosen, made.t_s[::every] - swing.lead_in_s))
-    for angles, axis in zip(made.position_rad[::every], wanted, strict=True):
+    desired = cup_axes(rotations_of(chosen, made.t_s[::every] - swing.lead_in_s))
+    for angles, axis in zip(made.position_rad[::every], desired, strict=True):
         assert arm.tool_pose(angles).rotation[:, 2] == pytest.approx(axis, abs=1e-6)
-    assert wanted[:, 0].max() == pytest.approx(np.sin(0.3), abs=0.01)
+    assert desired[:, 0].max() == pytest.approx(np.sin(0.3), abs=0.01)
 
 
 def test_the_turn_about_the_cups_own_axis_is_left_out_and_told(arm):

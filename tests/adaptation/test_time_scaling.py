@@ -22,9 +22,9 @@ WHERE = TauRange(low=0.8, high=1.2, start=1.0, step=0.02, resolution=0.0005)
 Miss = Callable[[float], float | None]
 
 
-def _search(miss: Miss, *, radius_m: float = 0.02, most: int = 80) -> list[TauTrial]:
+def _search(miss: Miss, *, radius_m: float = 0.02, maximum: int = 80) -> list[TauTrial]:
     trials: list[TauTrial] = []
-    while len(trials) < most and not any(trial.caught for trial in trials):
+    while len(trials) < maximum and not any(trial.caught for trial in trials):
         tau = next_tau(trials, WHERE)
         if tau is None:
             break
@@ -118,9 +118,9 @@ def test_a_window_where_the_miss_only_touches_zero_is_found_between_the_points_o
 
 
 def test_a_missed_rollout_parts_two_windows_and_a_window_without_a_catch_is_none() -> None:
-    def trials(middle: bool) -> list[TauTrial]:
+    def trials(center: bool) -> list[TauTrial]:
         misses = {0.97: -0.08, 0.99: -0.02, 1.0: 0.0, 1.01: 0.02, 1.03: 0.08}
-        return [TauTrial(tau, miss, abs(miss) < 0.03 and (tau != 1.0 or middle)) for tau, miss in misses.items()]
+        return [TauTrial(tau, miss, abs(miss) < 0.03 and (tau != 1.0 or center)) for tau, miss in misses.items()]
 
     assert len(catch_windows(trials(True), WHERE, 0.03)) == 1
     assert len(catch_windows(trials(False), WHERE, 0.03)) == 2

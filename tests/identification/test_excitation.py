@@ -38,11 +38,11 @@ def test_the_motion_begins_and_ends_at_rest_at_home_and_keeps_to_its_share_of_th
 ) -> None:
     motion = excitation(arm, GAME, SHIPPED, duration_s=24.0, period_s=PERIOD_S, rng=np.random.default_rng(seed))
     # home itself, but for joints that stand nearer to a stop than they are to move
-    middle = np.clip(arm.home_rad, arm.limits.lower_rad + 0.255, arm.limits.upper_rad - 0.255)
+    center = np.clip(arm.home_rad, arm.limits.lower_rad + 0.255, arm.limits.upper_rad - 0.255)
     for end in (0, -1):
-        assert motion.position_rad[end] == pytest.approx(middle, abs=1e-9)
+        assert motion.position_rad[end] == pytest.approx(center, abs=1e-9)
         assert motion.velocity_rad_s[end] == pytest.approx(np.zeros(7), abs=1e-5)
-    assert np.abs(motion.position_rad - middle).max() <= 1.0001 * SHIPPED.amplitude_rad
+    assert np.abs(motion.position_rad - center).max() <= 1.0001 * SHIPPED.amplitude_rad
     # the window and the sweeping tempo add a little to the sines' own slopes
     assert (np.abs(motion.velocity_rad_s) <= 1.1 * SHIPPED.limit_ratio * arm.limits.velocity_rad_s).all()
     assert (np.abs(motion.acceleration_rad_s2) <= 1.2 * SHIPPED.limit_ratio * arm.limits.acceleration_rad_s2).all()

@@ -25,14 +25,14 @@ def swung(angle_deg: float, duration_s: float, seed: int) -> FreeSwing:
     rope = dataclasses.replace(GAME.rope, length_m=ROPE_M)
     rail = CompiledRail(dataclasses.replace(GAME, rope=rope, air=MeasuredAir("measured", 0.0, K2)), 0.001)
     rail.start(SwingState(0.0, 0.0, math.radians(angle_deg), 0.0))
-    times, places = [], []
+    times, positions = [], []
     for k in range(round(1000 * duration_s)):
         if k % 17 == 0:
             times.append(k / 1000)
-            places.append((0.6 * rail.across_m + 1.0, 0.8 * rail.across_m, rail.above_m + 1.2))
+            positions.append((0.6 * rail.across_m + 1.0, 0.8 * rail.across_m, rail.above_m + 1.2))
         rail.step(0.0)
-    noise = np.random.default_rng(seed).normal(0.0, 0.002, (len(places), 3))
-    return swing_in_its_plane(np.array(times), np.array(places) + noise)
+    noise = np.random.default_rng(seed).normal(0.0, 0.002, (len(positions), 3))
+    return swing_in_its_plane(np.array(times), np.array(positions) + noise)
 
 
 def test_rope_and_drag_are_found_from_thirty_seconds_at_sixty_degrees() -> None:

@@ -40,10 +40,10 @@ def learn_settings(name: str = "easy", *choices: str, **replaced: Any) -> LearnS
     plain = copy.deepcopy(_composed((f"learn/task={name}", *choices)))
     for key, value in replaced.items():
         *groups, last = key.split("__")
-        place = plain
+        position = plain
         for group in groups:
-            place = place[group]
-        place[last] = value
+            position = position[group]
+        position[last] = value
     return build(LearnSettings, plain, "learn")
 
 

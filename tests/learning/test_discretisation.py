@@ -40,8 +40,8 @@ def test_every_state_falls_into_exactly_one_row_and_the_row_tells_the_cell(name,
 def test_full_turns_of_the_ball_change_nothing_away_from_an_edge(state, turns):
     grid = StateGrid(learn_settings().grid)
     angle = math.remainder(state.angle_rad, 2 * math.pi)
-    share = (angle * 18 / (2 * math.pi) + 0.5) % 1.0
-    if 1e-9 < share < 1 - 1e-9:
+    fraction = (angle * 18 / (2 * math.pi) + 0.5) % 1.0
+    if 1e-9 < fraction < 1 - 1e-9:
         turned = state._replace(angle_rad=angle + 2 * math.pi * turns)
         assert grid.row(turned) == grid.row(state._replace(angle_rad=angle))
 

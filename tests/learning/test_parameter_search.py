@@ -59,8 +59,8 @@ def test_power_takes_the_mean_of_its_best_rollouts_by_their_rewards() -> None:
     search = PowerSearch(2, 4, 10000, elite=2, reward_cost=0.5)
     first = search.after([]).proposals
     rewards = np.exp([-0.1 / 0.5, -0.3 / 0.5])
-    wanted = (rewards[0] * first[2] + rewards[1] * first[0]) / rewards.sum()
-    assert search.after([[0.3, 0.9, 0.1, 0.7]]).best == pytest.approx(wanted)
+    desired = (rewards[0] * first[2] + rewards[1] * first[0]) / rewards.sum()
+    assert search.after([[0.3, 0.9, 0.1, 0.7]]).best == pytest.approx(desired)
 
 
 def test_power_stands_costs_whose_rewards_vanish() -> None:

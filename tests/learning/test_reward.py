@@ -57,10 +57,10 @@ def test_a_state_that_is_caught_from_needs_a_rope_that_has_no_pull(state):
 
 
 def test_the_slower_ball_is_released_and_the_faster_one_is_still_held():
-    wanted = goal(success="caught", angle_deg=130.0, min_rate_rad_s=0.3)
+    desired = goal(success="caught", angle_deg=130.0, min_rate_rad_s=0.3)
     slow, fast = (SwingState(0.0, 0.0, math.radians(140.0), rate) for rate in (3.5, 5.0))
-    assert wanted.reached(slow)
-    assert not wanted.reached(fast)
+    assert desired.reached(slow)
+    assert not desired.reached(fast)
     assert goal(min_rate_rad_s=0.3).reached(fast)
 
 

@@ -264,13 +264,13 @@ def test_the_policy_is_sealed_with_what_gives_it_its_meaning_and_with_nothing_el
 def test_exploration_varies_the_harmonics_with_the_best_rewards_and_keeps_them_over_a_restart():
     settings = learn_settings("hard", exploration__mutation_fraction=1.0, exploration__elite_size=2)
     learner, rng = SarsaLearner(settings), np.random.default_rng(0)
-    drawn = []
+    sampled = []
     for miss_m in (0.25, 0.05, 0.15, None):  # the last one times out, and is not remembered
         learner.begin_rollout(rng)
         learner.act(HANGING, 0.0)
-        drawn.append(learner._explorer.drawn)
+        sampled.append(learner._explorer.drawn)
         learner.end_rollout("timeout" if miss_m is None else "missed", HANGING, miss_m)
-    assert [kept for _, kept in learner._lucky] == [drawn[1], drawn[2]]
+    assert [kept for _, kept in learner._lucky] == [sampled[1], sampled[2]]
     assert (
         SarsaLearner.from_state(
             settings,
@@ -285,18 +285,18 @@ def test_exploration_varies_the_harmonics_with_the_best_rewards_and_keeps_them_o
         )._lucky
         == learner._lucky
     )
-    for near in drawn[1:]:  # each varies one before it
-        assert min(abs(near.frequency_rad_s / other.frequency_rad_s - 1.0) for other in drawn if other != near) < 0.2
+    for near in sampled[1:]:  # each varies one before it
+        assert min(abs(near.frequency_rad_s / other.frequency_rad_s - 1.0) for other in sampled if other != near) < 0.2
 
 
 def test_a_lucky_harmonic_is_varied_farther_until_the_first_success_and_by_a_little_afterwards():
     settings = learn_settings("hard")
-    drawn, own = DrawnHarmonic(5.0, 3.0, 0.5 * math.pi), settings.exploration
+    sampled, own = DrawnHarmonic(5.0, 3.0, 0.5 * math.pi), settings.exploration
     spreads = {}
     for succeeded in (False, True):
         rng = np.random.default_rng(10000)
-        made = [vary_harmonic(own, drawn, rng, succeeded=succeeded) for _ in range(4000)]
-        assert {one.phase_rad for one in made} == {drawn.phase_rad}
+        made = [vary_harmonic(own, sampled, rng, succeeded=succeeded) for _ in range(4000)]
+        assert {one.phase_rad for one in made} == {sampled.phase_rad}
         shares = np.array([(one.frequency_rad_s / 5.0 - 1.0, one.amplitude / 3.0 - 1.0) for one in made])
         spreads[succeeded] = np.sqrt((shares**2).mean(axis=0)) / (own.frequency_spread, own.amplitude_spread)
     np.testing.assert_allclose(spreads[True], 1.0, atol=0.05)

@@ -31,13 +31,13 @@ class Walk:
 
     def episode(self, rng: np.random.Generator) -> list[Transition]:
         """One random walk."""
-        place, steps = self.n // 2, []
-        while 0 <= place < self.n:
-            after = place + (1 if rng.random() < 0.5 else -1)
+        position, steps = self.n // 2, []
+        while 0 <= position < self.n:
+            after = position + (1 if rng.random() < 0.5 else -1)
             inside = 0 <= after < self.n
             reward = 1.0 if after == self.n else self.left if after < 0 else 0.0
-            steps.append(Transition(place, 0, reward, after if inside else None, 0 if inside else None))
-            place = after
+            steps.append(Transition(position, 0, reward, after if inside else None, 0 if inside else None))
+            position = after
         return steps
 
     def learned(
@@ -128,8 +128,10 @@ def grid_episode(
 
 def greedy_path(grid: Grid, table: ValueTable, longest: int = 100) -> list[tuple[int, int]]:
     """The places of the greedy policy from start to goal."""
-    place, path = grid.start, [grid.start]
-    while place != grid.goal and len(path) <= longest:
-        place, _ = grid.move(place, int(np.argmax(table.values(table.q, place[0] * grid.columns + place[1]))))
-        path.append(place)
+    position, path = grid.start, [grid.start]
+    while position != grid.goal and len(path) <= longest:
+        position, _ = grid.move(
+            position, int(np.argmax(table.values(table.q, position[0] * grid.columns + position[1])))
+        )
+        path.append(position)
     return path

@@ -20,19 +20,19 @@ def test_both_make_the_same_motion_within_the_others_own_error(begin_s: float, e
     """Its error is its distance from the demonstration; ours is less, so the two are no farther apart than both."""
     dt = 0.001
     t = np.arange(round((end_s - begin_s) / dt) + 1) * dt
-    place = path(begin_s + t) - path(np.array([begin_s]))
+    position = path(begin_s + t) - path(np.array([begin_s]))
     other = peer.DMP(n_dims=3, execution_time=t[-1], dt=dt, n_weights_per_dim=20)
-    other.imitate(t, place)
+    other.imitate(t, position)
     _, theirs = other.open_loop(run_t=t[-1])
     theirs = theirs[: len(t)]
     chosen = settings(trim="none")
-    made = encode(prepare([Demonstration("swing", t, place)], chosen), chosen)
+    made = encode(prepare([Demonstration("swing", t, position)], chosen), chosen)
     ours = play(made.plan(0), t).position_m + made.parameters.origin_m[0]
 
     def rms(difference: np.ndarray) -> float:
         return float(np.sqrt(np.mean(np.sum(difference**2, axis=1))))
 
-    own_error, their_error = rms(ours - place), rms(theirs - place)
+    own_error, their_error = rms(ours - position), rms(theirs - position)
     assert own_error < their_error
     assert rms(ours - theirs) <= own_error + their_error
     assert rms(ours - theirs) < 0.02

@@ -81,8 +81,8 @@ def test_exp_is_the_turn_of_rodrigues_formula():
         angle = np.linalg.norm(vector)
         x, y, z = vector / angle
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        wanted = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
-        assert exp_of(vector) == pytest.approx(wanted, abs=1e-14)
+        desired = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+        assert exp_of(vector) == pytest.approx(desired, abs=1e-14)
 
 
 def test_a_quaternion_and_its_matrix_are_the_same_turn_whichever_element_is_largest():

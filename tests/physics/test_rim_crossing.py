@@ -24,11 +24,11 @@ def test_a_place_over_the_rim_is_that_of_the_cups_own_axes(seed: int) -> None:
     axis = rng.normal(size=3)
     axis /= np.linalg.norm(axis)
     across = np.cross(UP, axis)
-    turn = Rotation.from_rotvec(across / np.linalg.norm(across) * math.acos(axis[2]))
+    rotation = Rotation.from_rotvec(across / np.linalg.norm(across) * math.acos(axis[2]))
     apart = rng.normal(size=3)
-    assert over_rim(apart, axis, 0.13) == pytest.approx(turn.inv().apply(apart) - [0, 0, 0.13], abs=1e-9)
+    assert over_rim(apart, axis, 0.13) == pytest.approx(rotation.inv().apply(apart) - [0, 0, 0.13], abs=1e-9)
     rows = over_rim(np.tile(apart, (4, 1)).T, np.tile(axis, (4, 1)).T, 0.13)
-    assert np.array(rows)[:, 2] == pytest.approx(turn.inv().apply(apart) - [0, 0, 0.13], abs=1e-9)
+    assert np.array(rows)[:, 2] == pytest.approx(rotation.inv().apply(apart) - [0, 0, 0.13], abs=1e-9)
 
 
 @pytest.mark.parametrize("game", [GAME, HANDLE], ids=["floor", "handle"])

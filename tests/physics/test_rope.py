@@ -41,8 +41,8 @@ def shortest(cup: CupProfile, across: float, above: float) -> float:
     for _ in corners:
         for i, j in np.ndindex(len(corners), len(corners)):
             if i in best and free(corners[i], corners[j]):
-                way = best[i] + math.dist(corners[i], corners[j])
-                best[j] = min(best.get(j, math.inf), way)
+                path = best[i] + math.dist(corners[i], corners[j])
+                best[j] = min(best.get(j, math.inf), path)
     return best[len(corners) - 1]
 
 
@@ -60,8 +60,8 @@ def test_the_way_round_the_cup_is_the_shortest(cup: CupSettings) -> None:
         if solid(across, above):
             continue
         out, up, used = pivot(profile, across, above)
-        way = used + math.hypot(across - out, above - up)
-        assert way == pytest.approx(shortest(profile, across, above), abs=1e-5)
+        path = used + math.hypot(across - out, above - up)
+        assert path == pytest.approx(shortest(profile, across, above), abs=1e-5)
         compared += 1
 
 
@@ -83,13 +83,13 @@ def test_the_way_has_no_step_but_where_the_ball_would_be_in_the_wall(across: flo
 @given(st.tuples(place, place, place), st.tuples(speed, speed, speed))
 def test_the_rope_never_pushes_and_pulls_along_itself(ball, velocity) -> None:
     for law in (BARE, ROUND):
-        pull = rope_pull(law, ball, velocity)
-        if pull.tension_n == 0.0:
+        exerted = rope_pull(law, ball, velocity)
+        if exerted.tension_n == 0.0:
             continue
-        rest = np.subtract(ball, pull.pivot_m)
-        along = np.dot(pull.force_n, rest)
+        rest = np.subtract(ball, exerted.pivot_m)
+        along = np.dot(exerted.force_n, rest)
         assert along < 0
-        assert np.linalg.norm(np.cross(pull.force_n, rest)) < 1e-9 * abs(along) + 1e-12
+        assert np.linalg.norm(np.cross(exerted.force_n, rest)) < 1e-9 * abs(along) + 1e-12
 
 
 @given(st.tuples(place, place, place), st.tuples(speed, speed, speed), st.tuples(speed, speed, speed))
@@ -123,19 +123,19 @@ def test_a_slack_rope_has_no_force() -> None:
 
 
 def test_a_taut_rope_pulls_with_spring_and_damper() -> None:
-    pull = rope_pull(ROUND, (0.0, 0.0, -0.41), (0.0, 0.0, -0.5))
-    assert pull.tension_n > 0.0
-    assert pull.force_n == pytest.approx((0.0, 0.0, 2000 * 0.01 + 2 * 0.5))
-    assert pull.pivot_m == (0.0, 0.0, 0.0)
+    exerted = rope_pull(ROUND, (0.0, 0.0, -0.41), (0.0, 0.0, -0.5))
+    assert exerted.tension_n > 0.0
+    assert exerted.force_n == pytest.approx((0.0, 0.0, 2000 * 0.01 + 2 * 0.5))
+    assert exerted.pivot_m == (0.0, 0.0, 0.0)
 
 
 def test_over_the_cup_the_rope_pulls_from_the_rim_and_is_shorter_by_floor_and_wall() -> None:
     r, rim = GAME.cup.outer_radius_m, GAME.cup.rim_m
-    pull = rope_pull(ROUND, (0.01, 0.0, 0.4), (0.0, 0.0, 0.0))
-    assert pull.tension_n > 0.0
-    assert pull.pivot_m == pytest.approx((r, 0.0, rim))
-    way = r + rim + math.hypot(0.01 - r, 0.4 - rim)
-    assert np.linalg.norm(pull.force_n) == pytest.approx(2000 * (way - 0.4))
+    exerted = rope_pull(ROUND, (0.01, 0.0, 0.4), (0.0, 0.0, 0.0))
+    assert exerted.tension_n > 0.0
+    assert exerted.pivot_m == pytest.approx((r, 0.0, rim))
+    path = r + rim + math.hypot(0.01 - r, 0.4 - rim)
+    assert np.linalg.norm(exerted.force_n) == pytest.approx(2000 * (path - 0.4))
 
 
 def test_a_damper_that_outweighs_the_spring_gives_no_push() -> None:
@@ -152,8 +152,8 @@ def test_energy_never_grows_in_a_passive_rope(law: RopeLaw, start, dt: float, ri
     for _ in range(20):  # the peak over each 0.25 s
         peak = 0.0
         for _ in range(round(0.25 / dt)):
-            pull = rope_pull(law, (x, 0.0, z), (vx, 0.0, vz))
-            force = pull.force_n
+            exerted = rope_pull(law, (x, 0.0, z), (vx, 0.0, vz))
+            force = exerted.force_n
             vx, vz = vx + dt * force[0] / mass, vz + dt * (force[2] / mass - gravity)
             x, z = x + dt * vx, z + dt * vz
             out, up, used = pivot(law.cup, abs(x), z)

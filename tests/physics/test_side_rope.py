@@ -23,8 +23,8 @@ Point = tuple[float, float, float]
 
 
 def path_length_m(tie_m: float, ball: Point) -> float:
-    way = side_path(R_M, RIM_M, tie_m, ball)
-    return way.used_m + math.dist(way[:3], ball)
+    path = side_path(R_M, RIM_M, tie_m, ball)
+    return path.used_m + math.dist(path[:3], ball)
 
 
 def out_of_the_cup(points: np.ndarray) -> np.ndarray:
@@ -59,8 +59,8 @@ def shortest_m(tie_m: float, ball: Point) -> float:
     x, y, z = ball
     angle, wide, tie = math.atan2(y, x), 1.15 * R_M, [R_M, 0.0, tie_m]
     ropes = []
-    for way in (angle % (2 * math.pi), -(-angle % (2 * math.pi))):
-        turned, high = np.linspace(0.0, way, 12), np.linspace(tie_m, min(max(z, -0.02), RIM_M + 0.02), 12)
+    for path in (angle % (2 * math.pi), -(-angle % (2 * math.pi))):
+        turned, high = np.linspace(0.0, path, 12), np.linspace(tie_m, min(max(z, -0.02), RIM_M + 0.02), 12)
         ropes.append([tie, *np.column_stack([wide * np.cos(turned), wide * np.sin(turned), high]), ball])
     for end in (-0.004, RIM_M + 0.004):
         beside, far = [[wide, 0.0, tie_m], [wide, 0.0, end]], [wide * math.cos(angle), wide * math.sin(angle), end]
@@ -88,14 +88,14 @@ def test_the_way_is_what_a_rope_tightens_to(name: str) -> None:
 
 def test_the_places_show_every_kind_of_way() -> None:
     """So does a rope that is refused none of its ways: without one of them its place's would be longer."""
-    touched = {name: side_path(R_M, RIM_M, *place) for name, place in BALLS.items()}
+    touched = {name: side_path(R_M, RIM_M, *position) for name, position in BALLS.items()}
     assert touched["straight"].used_m == 0.0
     assert 0.0 < touched["round the wall"].z_m < RIM_M
     assert touched["down the wall, then straight"].z_m == 0.0
     assert touched["over the rim"].z_m == RIM_M
     across = touched["across the mouth"], touched["under the floor"]
-    assert [way.z_m for way in across] == [RIM_M, 0.0]
-    assert all(way.x_m < -0.9 * R_M for way in across)
+    assert [path.z_m for path in across] == [RIM_M, 0.0]
+    assert all(path.x_m < -0.9 * R_M for path in across)
 
 
 def test_round_the_wall_it_is_as_long_as_mujocos_tendon() -> None:
@@ -129,11 +129,11 @@ def test_the_way_grows_along_the_last_stretch_and_has_no_step() -> None:
         touched = np.array(side_path(R_M, RIM_M, tie_m, tuple(ball.tolist()))[:3])
         along = (ball - touched) / np.linalg.norm(ball - touched)
         for axis in np.eye(3):
-            ahead, behind = (path_length_m(tie_m, tuple((ball + sign * step * axis).tolist())) for sign in (1, -1))
-            assert abs(ahead - behind) <= 2 * step * (1 + 1e-6)
+            ahead, past = (path_length_m(tie_m, tuple((ball + sign * step * axis).tolist())) for sign in (1, -1))
+            assert abs(ahead - past) <= 2 * step * (1 + 1e-6)
             here = path_length_m(tie_m, tuple(ball.tolist()))
-            if abs(ahead + behind - 2 * here) < 1e-10:  # not where two ways are as long
-                assert (ahead - behind) / (2 * step) == pytest.approx(float(along @ axis), abs=2e-5)
+            if abs(ahead + past - 2 * here) < 1e-10:  # not where two ways are as long
+                assert (ahead - past) / (2 * step) == pytest.approx(float(along @ axis), abs=2e-5)
         compared += 1
 
 
@@ -141,20 +141,20 @@ def test_a_ball_that_swings_round_the_wall_keeps_its_energy() -> None:
     """Without damping and air: what ball and rope have together stays; the ball leaves the plane that it began in."""
     law = RopeLaw.of(GAME)._replace(damping_n_s_m=0.0)
     mass, g, h = GAME.ball.mass_kg, GAME.gravity_m_s2, 5e-5
-    place, speed = np.array([-0.05, 0.25, -0.2]), np.array([-3.5, 0.0, 1.0])
+    position, speed = np.array([-0.05, 0.25, -0.2]), np.array([-3.5, 0.0, 1.0])
 
     def energy() -> float:
-        stretched = max(0.0, law.cup.path_length_m(*place.tolist()) - law.length_m)
-        return float(0.5 * mass * speed @ speed + mass * g * place[2] + 0.5 * law.stiffness_n_m * stretched**2)
+        stretched = max(0.0, law.cup.path_length_m(*position.tolist()) - law.length_m)
+        return float(0.5 * mass * speed @ speed + mass * g * position[2] + 0.5 * law.stiffness_n_m * stretched**2)
 
     begun, touched = energy(), set()
     for _ in range(9000):
-        pull = rope_pull(law, tuple(place.tolist()), tuple(speed.tolist()))
-        force = np.array(pull.force_n)
-        if pull.tension_n > 0.0:
-            touched.add(0.0 if pull.pivot_m[2] == 0.0 else 1.0 if pull.pivot_m[2] < law.cup.rim_m else 2.0)
+        exerted = rope_pull(law, tuple(position.tolist()), tuple(speed.tolist()))
+        force = np.array(exerted.force_n)
+        if exerted.tension_n > 0.0:
+            touched.add(0.0 if exerted.pivot_m[2] == 0.0 else 1.0 if exerted.pivot_m[2] < law.cup.rim_m else 2.0)
         speed = speed + h * (force / mass - [0.0, 0.0, g])
-        place = place + h * speed
+        position = position + h * speed
     assert len(touched) >= 2
     assert energy() == pytest.approx(begun, abs=5e-3 * mass * g * law.length_m)
 
@@ -167,8 +167,8 @@ def test_turning_the_cup_moves_the_tie_with_it() -> None:
     turned = rope_pull(law, ball, (0.0, 0.0, 0.0), side_rate=(0.0, -spin, 0.0))
     angle = spin * step
     side = (math.cos(angle), -math.sin(angle), 0.0)
-    turn = np.array([[side[0], side[1], 0.0], [-side[1], side[0], 0.0], [0.0, 0.0, 1.0]])
-    rate = (law.cup.path_length_m(*(turn @ ball).tolist()) - law.cup.path_length_m(*ball)) / step
+    rotation = np.array([[side[0], side[1], 0.0], [-side[1], side[0], 0.0], [0.0, 0.0, 1.0]])
+    rate = (law.cup.path_length_m(*(rotation @ ball).tolist()) - law.cup.path_length_m(*ball)) / step
     difference = np.linalg.norm(turned.force_n) - np.linalg.norm(still.force_n)
     assert difference == pytest.approx(rate, rel=1e-4)
 

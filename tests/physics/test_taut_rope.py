@@ -25,7 +25,7 @@ angles = st.floats(-3.1, 3.1)
 
 
 def near_a_turn(rope: TautRope, angle: float) -> bool:
-    return any(abs(abs(angle) - turn) < 2e-3 for turn in rope.corners_rad)
+    return any(abs(abs(angle) - rotation) < 2e-3 for rotation in rope.corners_rad)
 
 
 @pytest.mark.parametrize("rope", ROPES)
@@ -55,10 +55,10 @@ def test_the_rest_of_its_acceleration_is_the_ropes_pull(rope: TautRope, angle: f
     if near_a_turn(rope, angle):
         return
     h, turning = 1e-4, rope.acceleration_rad_s2(angle, rate, pull, 9.81)
-    ahead, behind = (rope.ball(angle + s * rate + 0.5 * s * s * turning, 0.0) for s in (h, -h))
+    ahead, past = (rope.ball(angle + s * rate + 0.5 * s * s * turning, 0.0) for s in (h, -h))
     ball = rope.ball(angle, rate)
-    ax = (ahead.across_m - 2 * ball.across_m + behind.across_m) / h**2 + pull
-    az = (ahead.above_m - 2 * ball.above_m + behind.above_m) / h**2 + 9.81
+    ax = (ahead.across_m - 2 * ball.across_m + past.across_m) / h**2 + pull
+    az = (ahead.above_m - 2 * ball.above_m + past.above_m) / h**2 + 9.81
     out, up, used = pivot(rope.cup, abs(ball.across_m), ball.above_m)
     left = 0.4 - used
     n_x, n_z = (ball.across_m - math.copysign(out, ball.across_m)) / left, (ball.above_m - up) / left
@@ -68,5 +68,5 @@ def test_the_rest_of_its_acceleration_is_the_ropes_pull(rope: TautRope, angle: f
 
 def test_below_the_cup_it_is_a_pendulum() -> None:
     for rope in ROPES:
-        wanted = -(9.81 * math.sin(1.2) + 3.0 * math.cos(1.2)) / 0.4
-        assert rope.acceleration_rad_s2(1.2, -2.0, 3.0, 9.81) == pytest.approx(wanted, rel=1e-12)
+        desired = -(9.81 * math.sin(1.2) + 3.0 * math.cos(1.2)) / 0.4
+        assert rope.acceleration_rad_s2(1.2, -2.0, 3.0, 9.81) == pytest.approx(desired, rel=1e-12)

@@ -31,14 +31,14 @@ def test_the_spheres_at_the_links_ends_stand_on_the_joints_in_any_posture(arm: R
     position = np.random.default_rng(seed).uniform(arm.limits.lower_rad, arm.limits.upper_rad).clip(-3, 3)
     frames = scene.frames(position)
     rows = zip(frames.children, frames.positions_m, frames.rotations_wxyz, strict=True)
-    pose = {name: (at, matrix_of(turn)) for name, at, turn in rows}
+    pose = {name: (at, matrix_of(rotation)) for name, at, rotation in rows}
     ends = [
         pose[one.frame][0] + pose[one.frame][1] @ np.array(one.position_m)
         for one in solids
         if one.kind == "sphere" and one.name == "link"
     ]
-    places = arm.joint_positions_m(position)
-    distance = np.linalg.norm(np.array(ends)[:, None] - places[None], axis=2)
+    positions = arm.joint_positions_m(position)
+    distance = np.linalg.norm(np.array(ends)[:, None] - positions[None], axis=2)
     assert distance.min(axis=1).max() < 1e-9  # every sphere on a joint
     assert distance.min(axis=0).max() < 1e-9  # and every joint has one
 

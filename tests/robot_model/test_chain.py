@@ -32,11 +32,11 @@ def test_places_and_jacobian_are_those_of_dart(arm: RobotModel) -> None:
     chain = compiled_chain(arm)
     tool = tool_of(arm, chain, GAME)
     root, rng = heading_turn(arm.settings.base_heading_rad), np.random.default_rng(1)
-    turns, shifts, jacobian = np.empty((8, 3, 3)), np.empty((8, 3)), np.empty((5, 7))
+    rotations, shifts, jacobian = np.empty((8, 3, 3)), np.empty((8, 3)), np.empty((5, 7))
     for _ in range(20):
         angles = rng.uniform(-1.5, 1.5, 7)
-        frames(chain, angles, turns, shifts)
-        value = task(chain, tool, turns, shifts, jacobian)
+        frames(chain, angles, rotations, shifts)
+        value = task(chain, tool, rotations, shifts, jacobian)
         theirs, their_jacobian = arm.cup_task(angles)
         assert root @ value[:3] + arm.settings.base_position_m == pytest.approx(theirs[:3], abs=1e-12)
         assert root[:2, :2] @ value[3:] == pytest.approx(theirs[3:], abs=1e-12)
@@ -74,9 +74,9 @@ def test_the_way_along_a_path_and_its_peaks_are_those_of_the_arm(arm: RobotModel
     ours = peaks(chain, tool, Curve(angles, 0.005, np.ones(401), 0.0))
     theirs = limit_ratios(arm, joints)
     limits = (arm.limits.velocity_rad_s, arm.limits.acceleration_rad_s2, arm.limits.effort_nm)
-    for found, limit, share in zip(ours, limits, (theirs.velocity, theirs.acceleration, theirs.effort), strict=True):
+    for found, limit, fraction in zip(ours, limits, (theirs.velocity, theirs.acceleration, theirs.effort), strict=True):
         # differences of 5 ms, and torques looked at every 15 ms
-        assert found / limit == pytest.approx(share, rel=0.02, abs=0.01)
+        assert found / limit == pytest.approx(fraction, rel=0.02, abs=0.01)
 
 
 def test_weights_decide_which_joint_moves(arm: RobotModel) -> None:
@@ -106,10 +106,10 @@ def test_beyond_reach_the_path_ends_unless_the_whole_is_wanted(arm: RobotModel) 
 
 
 def test_the_distance_of_segments_is_the_least_over_their_points() -> None:
-    rng, shares = np.random.default_rng(3), np.linspace(0, 1, 101)
+    rng, fractions = np.random.default_rng(3), np.linspace(0, 1, 101)
     for _ in range(40):
         a, b, c, d = rng.normal(size=(4, 3))
-        ones, others = a + shares[:, None] * (b - a), c + shares[:, None] * (d - c)
+        ones, others = a + fractions[:, None] * (b - a), c + fractions[:, None] * (d - c)
         nearest = np.linalg.norm(ones[:, None] - others[None], axis=2).min()
         assert nearest - 0.05 < apart(a, b, c, d) <= nearest + 1e-9
     point = np.array([0.0, 1.0, 0.0])
@@ -130,7 +130,7 @@ def test_an_arm_folded_onto_itself_overlaps_and_the_parts_are_named(arm: RobotMo
 
 
 def test_a_frame_carries_a_point_as_a_turn_and_a_shift() -> None:
-    turn = heading_turn(0.3)
-    assert put(turn, np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.0, 1.0])) == pytest.approx(
-        turn @ [0.5, 0.0, 1.0] + [1.0, 2.0, 3.0]
+    rotation = heading_turn(0.3)
+    assert put(rotation, np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.0, 1.0])) == pytest.approx(
+        rotation @ [0.5, 0.0, 1.0] + [1.0, 2.0, 3.0]
     )

@@ -180,8 +180,8 @@ def test_a_chain_may_start_anywhere(tmp_path: Path) -> None:
     """What is before the base link is left out, and the base pose is that link's."""
     arm = modelled(dataclasses.replace(bench_arm(), base_link="link_s3", **dict.fromkeys(PER_JOINT)))
     assert arm.joint_names == ("e1", "e2", "w1", "w2")
-    place = arm.new_body().skeleton.getBodyNode("link_s3").getWorldTransform().translation()
-    assert place == pytest.approx(bench_arm().base_position_m)
+    pose = arm.new_body().skeleton.getBodyNode("link_s3").getWorldTransform().translation()
+    assert pose == pytest.approx(bench_arm().base_position_m)
 
 
 def test_a_urdf_without_links_is_refused(tmp_path: Path) -> None:
@@ -237,9 +237,9 @@ def test_a_cup_axis_of_zero_is_refused() -> None:
 @pytest.mark.parametrize("use", ["visual", "collision"])
 def test_what_is_only_drawn_never_decides_what_is_simulated(tmp_path: Path, use: str, shape: str) -> None:
     first = '<link name="link_s1">'
-    drawn = f"{first}<{use}><geometry>{shape}</geometry><material name='x'/><material name='x'/></{use}>"
+    sampled = f"{first}<{use}><geometry>{shape}</geometry><material name='x'/><material name='x'/></{use}>"
     file = tmp_path / "robot.urdf"
-    file.write_text(GOOD.replace(first, drawn))
+    file.write_text(GOOD.replace(first, sampled))
     assert read(file).urdf() == read(Path(bench_arm().path)).urdf()
     arm = modelled(dataclasses.replace(bench_arm(), path=str(file)))
     assert ArmScene(arm).shapes(kendama_game()).solids

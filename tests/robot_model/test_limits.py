@@ -26,10 +26,10 @@ def test_the_nearer_stop_counts_and_beyond_it_the_distance_is_negative() -> None
 def test_each_limit_is_allowed_itself_and_refused_beyond_for_its_own_joint(index: int, sign: float) -> None:
     state = [np.zeros(2), np.zeros(2), np.zeros(2)]
     stop = LIMITS.upper_rad[1] if sign > 0 else LIMITS.lower_rad[1]
-    most = (stop, sign * LIMITS.velocity_rad_s[1], sign * LIMITS.acceleration_rad_s2[1])[index]
-    state[index][1] = most
+    maximum = (stop, sign * LIMITS.velocity_rad_s[1], sign * LIMITS.acceleration_rad_s2[1])[index]
+    state[index][1] = maximum
     assert LIMITS.allow(*state).tolist() == [True, True]
-    state[index][1] = np.nextafter(most, sign * np.inf)
+    state[index][1] = np.nextafter(maximum, sign * np.inf)
     assert LIMITS.allow(*state).tolist() == [True, False]
 
 

@@ -58,9 +58,9 @@ def test_every_ready_arm_stands_still_and_sways_in_closed_loop(name: str) -> Non
 
 def test_the_iiwa_has_the_published_lengths_speeds_and_torques() -> None:
     arm = modelled(ready("iiwa"))
-    places = dict(zip((*arm.joint_names, "flange"), arm.joint_positions_m(np.zeros(7)), strict=True))
+    positions = dict(zip((*arm.joint_names, "flange"), arm.joint_positions_m(np.zeros(7)), strict=True))
     base = np.array(arm.settings.base_position_m)
-    heights = [float((places[name] - base)[2]) for name in ("a2", "a4", "a6", "flange")]
+    heights = [float((positions[name] - base)[2]) for name in ("a2", "a4", "a6", "flange")]
     assert np.diff([0.0, *heights]) == pytest.approx([0.36, 0.42, 0.40, 0.126], abs=1e-9)
     assert np.degrees(arm.limits.velocity_rad_s) == pytest.approx([85, 85, 100, 75, 130, 135, 135], abs=1e-3)
     assert arm.limits.effort_nm == pytest.approx([320, 320, 176, 176, 110, 40, 40])

@@ -70,8 +70,8 @@ def places(path: str, tip: str, names: tuple[str, ...], position: Array) -> Arra
         step = np.eye(4)
         step[:3, 3], step[:3, :3] = numbers[0], Rotation.from_euler("xyz", numbers[1]).as_matrix()
         if one.get("name") in names:
-            turn = numbers[2] / np.linalg.norm(numbers[2]) * position[names.index(one.get("name"))]
-            step[:3, :3] = step[:3, :3] @ Rotation.from_rotvec(turn).as_matrix()
+            rotation = numbers[2] / np.linalg.norm(numbers[2]) * position[names.index(one.get("name"))]
+            step[:3, :3] = step[:3, :3] @ Rotation.from_rotvec(rotation).as_matrix()
         pose = pose @ step
     return pose[:3, 3]
 

@@ -49,9 +49,9 @@ def _pinocchio(arm: RobotModel) -> Any:
     others = [whole.getJointId(name) for name in list(whole.names)[1:] if name not in arm.joint_names]
     model = pin.buildReducedModel(whole, others, pin.neutral(whole))
     frame = model.frames[model.getFrameId(arm.tip_link)]
-    rotation, place, parts = _tool(arm)
+    rotation, position, parts = _tool(arm)
     for mass, center, inertia in parts:
-        at = frame.placement * pin.SE3(rotation, place)
+        at = frame.placement * pin.SE3(rotation, position)
         model.appendBodyToJoint(frame.parentJoint, pin.Inertia(mass, center, inertia), at)
     model.armature = arm.rotor_inertia_kg_m2
     return pin, model, model.createData()
@@ -65,9 +65,9 @@ def _mujoco(arm: RobotModel) -> Any:
     spec.compiler.degree = False
     spec.option.gravity = [0, 0, -arm.gravity_m_s2]
     tip = next(body for body in spec.bodies if body.name == arm.tip_link)
-    rotation, place, parts = _tool(arm)
+    rotation, position, parts = _tool(arm)
     for mass, center, inertia in parts:
-        body = tip.add_body(pos=place, quat=np.roll(Rotation.from_matrix(rotation).as_quat(), 1))
+        body = tip.add_body(pos=position, quat=np.roll(Rotation.from_matrix(rotation).as_quat(), 1))
         body.mass, body.ipos, body.inertia, body.explicitinertial = mass, center, np.diag(inertia), True
     model = spec.compile()
     model.dof_armature[:] = arm.rotor_inertia_kg_m2

@@ -78,8 +78,8 @@ def test_where_base_and_draws_turn_along_a_turned_swing_has_the_same_windows(
     ) == (pytest.approx(0.0, abs=1e-12))
     cups = [[m.position_m for topic, _, m in ctx.log.messages if topic == "/adapt/cup"] for _, ctx in (one, two)]
     c, s = math.cos(angle), math.sin(angle)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    assert np.array(cups[1]) == pytest.approx(np.array(cups[0]) @ turn.T, abs=1e-4)
+    rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    assert np.array(cups[1]) == pytest.approx(np.array(cups[0]) @ rotation.T, abs=1e-4)
 
 
 @pytest.mark.slow

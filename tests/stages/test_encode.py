@@ -91,8 +91,8 @@ def test_the_log_holds_what_was_demonstrated_and_what_is_reproduced():
     assert set(children["/encode/own"]) == {"a", "b"}
     assert set(children["/encode/reproduced"]) == {"reproduced"}
     for name, samples in children["/encode/own"].items():
-        there = np.array([place for _, place in children["/encode/demonstrated"][name]])
-        assert np.linalg.norm(np.array([place for _, place in samples]) - there, axis=1).max() < 1e-3
+        there = np.array([position for _, position in children["/encode/demonstrated"][name]])
+        assert np.linalg.norm(np.array([position for _, position in samples]) - there, axis=1).max() < 1e-3
     t_s, position_m = (np.array(column) for column in zip(*children["/encode/reproduced"]["reproduced"], strict=True))
     assert np.allclose(position_m, play(plan, t_s).position_m)
     for samples in children["/encode/demonstrated"].values():
@@ -156,11 +156,11 @@ def test_a_demonstration_along_other_axes_is_refused_with_the_way_to_read_it():
 def test_the_average_carries_how_the_demonstrations_differ():
     plan = encode(many()).artifact
     assert plan.variation.shape == (6, 70)
-    share = np.linspace(0, 1, 50)
-    middle = play(plan, share * plan.duration_s).position_m
+    fraction = np.linspace(0, 1, 50)
+    center = play(plan, fraction * plan.duration_s).position_m
     rng = np.random.default_rng(0)
-    drawn = [sample_plan(plan, rng) for _ in range(20)]
-    changes = [np.abs(play(one, share * one.duration_s).position_m - middle).max() for one in drawn]
+    sampled = [sample_plan(plan, rng) for _ in range(20)]
+    changes = [np.abs(play(one, fraction * one.duration_s).position_m - center).max() for one in sampled]
     # 4 % of a swing of 0.25 m
     assert 2e-3 < np.median(changes) < 2e-2
 

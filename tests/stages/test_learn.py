@@ -67,7 +67,7 @@ def test_the_log_shows_the_flight(whole):
     ball = [(t_s, message.position_m) for topic, t_s, message in ctx.log.messages if topic == "/learn/ball"]
     assert len(ball) > 100
     assert (np.diff([t_s for t_s, _ in ball]) > 0).all()
-    assert max(place[2] for _, place in ball) > 0.2  # it rises over the cup
+    assert max(position[2] for _, position in ball) > 0.2  # it rises over the cup
     assert ball[-1][1][2] == pytest.approx(0.07, abs=0.03)  # and comes down to the rim
 
 

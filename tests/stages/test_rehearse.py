@@ -43,14 +43,19 @@ ARM = RobotModel(bench_arm(), GAME.cup, GAME.gravity_m_s2)
 def swing(reach_rad: float = 0.1, span_s: float = 0.5, joint: int | None = None) -> JointTrajectory:
     """Joints by minimum jerk away from home, there and back."""
     t_s = np.arange(0.0, 2 * span_s + 1e-9, 0.004)
-    share = np.minimum(t_s, 2 * span_s - t_s) / span_s
+    fraction = np.minimum(t_s, 2 * span_s - t_s) / span_s
     sign = np.where(t_s <= span_s, 1.0, -1.0)
-    way = np.full(7, reach_rad) if joint is None else reach_rad * (np.arange(7) == joint)
+    path = np.full(7, reach_rad) if joint is None else reach_rad * (np.arange(7) == joint)
     step, rate, change = (
-        np.asarray(one(share))[:, None] for one in (minimum_jerk.step, minimum_jerk.step_rate, minimum_jerk.step_change)
+        np.asarray(one(fraction))[:, None]
+        for one in (minimum_jerk.step, minimum_jerk.step_rate, minimum_jerk.step_change)
     )
     return JointTrajectory(
-        ARM.joint_names, t_s, ARM.home_rad + step * way, sign[:, None] * rate / span_s * way, change / span_s**2 * way
+        ARM.joint_names,
+        t_s,
+        ARM.home_rad + step * path,
+        sign[:, None] * rate / span_s * path,
+        change / span_s**2 * path,
     )
 
 

@@ -30,10 +30,10 @@ def test_the_average_plays_the_average_of_the_motions():
     made.append(Demonstration("moving", t, path(t)))
     encoding = encoded(made)
     mean = encoding.average()
-    share = np.linspace(0, 1, 50)
+    fraction = np.linspace(0, 1, 50)
     plans = [encoding.plan(i) for i in range(4)]
-    paths = [play(plan, share * plan.duration_s).position_m for plan in plans]
-    assert np.abs(play(mean, share * mean.duration_s).position_m - np.mean(paths, axis=0)).max() < 1e-12
+    paths = [play(plan, fraction * plan.duration_s).position_m for plan in plans]
+    assert np.abs(play(mean, fraction * mean.duration_s).position_m - np.mean(paths, axis=0)).max() < 1e-12
 
 
 def test_demonstrations_of_other_place_rate_duration_and_rest_average_to_the_same_swing():
@@ -41,8 +41,8 @@ def test_demonstrations_of_other_place_rate_duration_and_rest_average_to_the_sam
     shifted = dataclasses.replace(shifted, position_m=shifted.position_m + np.array([3.0, -1.0, 0.2]))
     mean = encode_demonstrations([demonstration(1.8, rate_hz=120), shifted, demonstration(2.2, head_s=0.4)], settings())
     alone = encode_demonstrations([demonstration(2.0, head_s=0.3, tail_s=0.3)], settings())
-    share = np.linspace(0, 1, 100)
-    difference = play(mean, share * mean.duration_s).position_m - play(alone, share * alone.duration_s).position_m
+    fraction = np.linspace(0, 1, 100)
+    difference = play(mean, fraction * mean.duration_s).position_m - play(alone, fraction * alone.duration_s).position_m
     # a sample of 10 ms would be 10 mm of a swing of 1 m/s
     assert np.abs(difference).max() < 1e-3
 
@@ -50,13 +50,13 @@ def test_demonstrations_of_other_place_rate_duration_and_rest_average_to_the_sam
 @pytest.mark.parametrize(("rate_hz", "agree_m"), [(60, 3e-3), (100, 1e-3), (1000, 1e-4)])
 def test_one_path_shown_faster_and_slower_gives_one_primitive(rate_hz, agree_m):
     """At equal shares of a motion of 0.8, 1 and 1.3 s: its ends are found between samples, by a window of its own."""
-    share = np.linspace(0, 1, 200)
+    fraction = np.linspace(0, 1, 200)
     swings = [demonstration(duration, rate_hz, head_s=0.3, tail_s=0.3) for duration in (0.8, 1.0, 1.3)]
     trimmed = [prepare([one], settings())[0] for one in swings]
     cut = [one.duration_s / duration for one, duration in zip(trimmed, (0.8, 1.0, 1.3), strict=True)]
     assert cut == pytest.approx([cut[0]] * 3, abs=0.5 / rate_hz)
     plans = [encode_demonstrations([one], settings()) for one in swings]
-    paths = np.array([play(plan, share * plan.duration_s).position_m for plan in plans])
+    paths = np.array([play(plan, fraction * plan.duration_s).position_m for plan in plans])
     assert np.linalg.norm(paths - paths[1], axis=2).max() < agree_m
 
 
@@ -80,20 +80,20 @@ def test_averaging_takes_out_what_is_not_common():
     """Ten swings with independent errors of 5 mm: the average is nearer to the truth than every one of them."""
     rng = np.random.default_rng(11)
     truth = demonstration()
-    share = truth.t_s / 2.0
+    fraction = truth.t_s / 2.0
     noisy = []
     for i in range(10):
         error = sum(
-            rng.normal(0, 5e-3, 3) * np.sin(np.pi * share[:, None]) * np.sin(np.pi * k * share[:, None])
+            rng.normal(0, 5e-3, 3) * np.sin(np.pi * fraction[:, None]) * np.sin(np.pi * k * fraction[:, None])
             for k in (1, 2, 3)
         )
         noisy.append(Demonstration(f"n{i}", truth.t_s, truth.position_m + error))
     chosen = settings(trim="none")
-    share = np.linspace(0, 1, 100)
-    clean = play(encode_demonstrations([truth], chosen), 2.0 * share).position_m
+    fraction = np.linspace(0, 1, 100)
+    clean = play(encode_demonstrations([truth], chosen), 2.0 * fraction).position_m
 
     def distance(plan):
-        return np.sqrt(np.mean((play(plan, plan.duration_s * share).position_m - clean) ** 2))
+        return np.sqrt(np.mean((play(plan, plan.duration_s * fraction).position_m - clean) ** 2))
 
     encoding = encoded(noisy, chosen)
     assert distance(encoding.average()) < min(distance(encoding.plan(i)) for i in range(10))

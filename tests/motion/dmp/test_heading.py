@@ -21,7 +21,7 @@ def plan(coordinates: tuple[str, ...] = ("x", "y", "z")) -> MotionPlan:
     """A primitive of random weights, mostly along x, with a turn and a variation of two demonstrations."""
     rng, c, m = np.random.default_rng(10000), len(coordinates), 6
     size = np.array([{"x": 1.0, "y": 0.2, "z": 0.5}[name] for name in coordinates])
-    turn = TurnPlan(*(0.2 * rng.standard_normal(3) for _ in range(4)), weights=rng.standard_normal((3, m)))
+    rotation = TurnPlan(*(0.2 * rng.standard_normal(3) for _ in range(4)), weights=rng.standard_normal((3, m)))
     return MotionPlan(
         coordinates,
         1.0,
@@ -36,7 +36,7 @@ def plan(coordinates: tuple[str, ...] = ("x", "y", "z")) -> MotionPlan:
         np.exp(-np.linspace(0, 2, m)),
         np.full(m, 20.0),
         rng.standard_normal((2, 1 + c * (3 + m))),
-        turn,
+        rotation,
     )
 
 
@@ -48,8 +48,8 @@ def about_z(angle: float) -> Array:
 def test_all_of_a_primitive_is_turned_path_cup_and_how_demonstrations_differ(angle_deg: float) -> None:
     angle, one = math.radians(angle_deg), plan()
     made = turned_plan(one, angle)
-    wanted = play(one, T_S).position_m @ about_z(angle).T
-    assert play(made, T_S).position_m == pytest.approx(wanted, abs=1e-12)
+    desired = play(one, T_S).position_m @ about_z(angle).T
+    assert play(made, T_S).position_m == pytest.approx(desired, abs=1e-12)
     axes = cup_axes(rotations_of(one, T_S)) @ about_z(angle).T
     assert cup_axes(rotations_of(made, T_S)) == pytest.approx(axes, abs=1e-12)
     assert swing_heading_rad(made) == pytest.approx(
@@ -58,8 +58,8 @@ def test_all_of_a_primitive_is_turned_path_cup_and_how_demonstrations_differ(ang
     # one demonstration more changes the turned plan by the turned change: the primitive is linear in its parameters
     other = with_parameters(one, parameters(one) + one.variation[0])
     again = with_parameters(made, parameters(made) + made.variation[0])
-    wanted = play(other, T_S * other.duration_s).position_m @ about_z(angle).T
-    assert play(again, T_S * again.duration_s).position_m == pytest.approx(wanted, abs=1e-9)
+    desired = play(other, T_S * other.duration_s).position_m @ about_z(angle).T
+    assert play(again, T_S * again.duration_s).position_m == pytest.approx(desired, abs=1e-9)
 
 
 @pytest.mark.parametrize(

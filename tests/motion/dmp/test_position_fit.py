@@ -18,13 +18,13 @@ def random_swing(rng: np.random.Generator, seconds: float = 2.5, rate_hz: float 
     """To-and-fro motions of about 0.3 m and 1 m/s that rest at both ends (n, 3)."""
     t = np.arange(round(seconds * rate_hz) + 1) / rate_hz
     u = t / t[-1]
-    place = np.zeros((len(t), 3))
+    position = np.zeros((len(t), 3))
     for axis, size in enumerate((0.2, 0.02, 0.15)):
         for _ in range(4):
-            begin = rng.uniform(0.05, 0.55)
-            length = rng.uniform(0.25, 0.95 - begin)
-            place[:, axis] += size * rng.normal() * smooth_step((u - begin) / length)
-    return place
+            start = rng.uniform(0.05, 0.55)
+            length = rng.uniform(0.25, 0.95 - start)
+            position[:, axis] += size * rng.normal() * smooth_step((u - start) / length)
+    return position
 
 
 def as_demonstration(place: np.ndarray, rate_hz: float = 100.0) -> Demonstration:
@@ -95,12 +95,12 @@ def test_noise_is_smoothed_more_the_more_there_is() -> None:
 def test_the_fit_plays_what_it_says_and_meets_its_goal(ends: Ends) -> None:
     """The operator's own motion, the parameters played as a primitive, and the goal at the end are one."""
     rng = np.random.default_rng(104)
-    place = random_swing(rng)[60:200]
-    made = encoded(place, trim="none")
+    position = random_swing(rng)[60:200]
+    made = encoded(position, trim="none")
     plan = made.plan(0)
     basis = made.basis
-    share = np.linspace(0, 1, len(place))
-    rows = solve_positions(operator(share, (basis,), ends), (place - place[0]).T[None])[0].T
+    fraction = np.linspace(0, 1, len(position))
+    rows = solve_positions(operator(fraction, (basis,), ends), (position - position[0]).T[None])[0].T
     assert (rows[1] == 0).all() != ends.start_moves
     assert (rows[3] == 0).all() != ends.end_moves
     end = play(plan, np.array([plan.duration_s]))
@@ -111,11 +111,11 @@ def test_the_fit_plays_what_it_says_and_meets_its_goal(ends: Ends) -> None:
 def test_the_width_is_the_candidate_that_fits_best() -> None:
     rng = np.random.default_rng(105)
     for _ in range(4):
-        place = random_swing(rng)
+        position = random_swing(rng)
         widths = settings().width
-        alone = [error_mm(place, width=(width,))[0] for width in widths]
+        alone = [error_mm(position, width=(width,))[0] for width in widths]
         # chosen on every second sample and by a score with the degrees of freedom in it: near the best, not always it
-        assert error_mm(place)[0] < 1.1 * min(alone) + 1e-3
+        assert error_mm(position)[0] < 1.1 * min(alone) + 1e-3
 
 
 def test_uneven_sampling_gives_the_same_primitive() -> None:
@@ -124,8 +124,8 @@ def test_uneven_sampling_gives_the_same_primitive() -> None:
     chosen = settings(trim="none")
     even = encode_demonstrations([demonstration()], chosen)
     uneven = encode_demonstrations([Demonstration("jitter", jittered, path(jittered))], chosen)
-    share = np.linspace(0, 2.0, 100)
-    assert np.abs(play(even, share).position_m - play(uneven, share).position_m).max() < 2e-4
+    fraction = np.linspace(0, 2.0, 100)
+    assert np.abs(play(even, fraction).position_m - play(uneven, fraction).position_m).max() < 2e-4
 
 
 def test_a_gap_is_bridged_by_the_motion_not_by_a_straight_line() -> None:
@@ -168,48 +168,48 @@ def test_demonstrations_of_one_length_are_solved_as_they_are_alone() -> None:
 @pytest.mark.recording
 def test_the_recorded_swing_is_reproduced_to_a_fraction_of_a_millimetre(recordings) -> None:  # type: ignore[no-untyped-def]
     rows = np.loadtxt(recordings / "li-kendama" / "kendama1-20.txt")[:350]
-    place = np.column_stack((-rows[:, 1], 0 * rows[:, 1], rows[:, 3])) / 1e3
-    rms, largest = error_mm(place)
+    position = np.column_stack((-rows[:, 1], 0 * rows[:, 1], rows[:, 3])) / 1e3
+    rms, maximum = error_mm(position)
     assert rms < 0.25
-    assert largest < 0.65
-    for begin, end in ((60, 180), (80, 200), (120, 260)):
-        rms, largest = error_mm(place[begin:end])
+    assert maximum < 0.65
+    for start, end in ((60, 180), (80, 200), (120, 260)):
+        rms, maximum = error_mm(position[start:end])
         assert rms < 0.06
-        assert largest < 0.3
+        assert maximum < 0.3
 
 
 @pytest.mark.parametrize("width", [0.7, 1.0, 1.35])
 def test_common_functions_solve_what_the_columns_do(width: float) -> None:
     """The normal equations of the orthonormal functions against Q and R of the columns, here in full precision."""
-    basis, ends, share = Basis(20, 1000.0, 1.0, width), Ends(True, True), np.linspace(0, 1, 1301)
-    made = operator(share, (basis,), ends)
-    seen, turn, lift, shrink = position_fit._by_columns(share, basis, ends)
-    place = path(2.0 * share).T - path(np.zeros(1)).T
+    basis, ends, fraction = Basis(20, 1000.0, 1.0, width), Ends(True, True), np.linspace(0, 1, 1301)
+    made = operator(fraction, (basis,), ends)
+    seen, rotation, lift, shrink = position_fit._by_columns(fraction, basis, ends)
+    position = path(2.0 * fraction).T - path(np.zeros(1)).T
     for price in (0, 5, 10, 20):
-        ours = made.lift[0] @ (made.shrink[0, price][:, None] * (made.turn[0] @ made.see(place)[0].T))
-        theirs = lift @ (shrink[price][:, None] * (turn @ (seen.T @ place.T)))
+        ours = made.lift[0] @ (made.shrink[0, price][:, None] * (made.turn[0] @ made.see(position)[0].T))
+        theirs = lift @ (shrink[price][:, None] * (rotation @ (seen.T @ position.T)))
         # metres; what the nodes' interpolation leaves of a swing of 0.25 m, largest where nothing is smoothed
         assert np.abs(ours[[0, 2]] - theirs[[0, 2]]).max() < 1e-9
         assert np.abs(made.shrink[0, price].sum() - shrink[price].sum()) < 1e-7
 
 
 def test_samples_too_few_for_normal_equations_are_factorised_by_columns() -> None:
-    basis, ends, share = Basis(20, 1000.0, 1.0, 0.8), Ends(False, False), np.linspace(0, 1, 30)
-    made = operator(share, (basis,), ends)
-    assert np.array_equal(made.see(np.eye(30))[0], position_fit._by_columns(share, basis, ends)[0])
+    basis, ends, fraction = Basis(20, 1000.0, 1.0, 0.8), Ends(False, False), np.linspace(0, 1, 30)
+    made = operator(fraction, (basis,), ends)
+    assert np.array_equal(made.see(np.eye(30))[0], position_fit._by_columns(fraction, basis, ends)[0])
 
 
 @pytest.mark.parametrize("ends", [Ends(False, False), Ends(True, True)])
 @pytest.mark.parametrize("count", [966, 1301, 5000])
 def test_many_even_samples_are_summed_by_cells_and_series_as_one_by_one(count: int, ends: Ends) -> None:
     bases = (Basis(20, 1000.0, 1.0, 0.7), Basis(20, 1000.0, 1.0, 1.35))
-    share = np.linspace(0, 1, count)
-    place = path(2.0 * share).T - path(np.zeros(1)).T + np.random.default_rng(108).normal(0, 1e-3, (3, count))
-    made, one_by_one = even_operator(count, bases, ends), operator(share, bases, ends)
+    fraction = np.linspace(0, 1, count)
+    position = path(2.0 * fraction).T - path(np.zeros(1)).T + np.random.default_rng(108).normal(0, 1e-3, (3, count))
+    made, one_by_one = even_operator(count, bases, ends), operator(fraction, bases, ends)
     assert made.see.func is not one_by_one.see.func  # type: ignore[attr-defined]
     # functions of norm 1: what is added up differently differs by rounding
-    assert np.abs(made.see(place) - one_by_one.see(place)).max() < 1e-12 * count
-    ours, theirs = solve_positions(made, place[None]), solve_positions(one_by_one, place[None])
+    assert np.abs(made.see(position) - one_by_one.see(position)).max() < 1e-12 * count
+    ours, theirs = solve_positions(made, position[None]), solve_positions(one_by_one, position[None])
     # metres, of a swing of 0.25; the series leaves 2e-11 of the products at 966 samples
     assert np.abs(ours[:, :, [0, 2]] - theirs[:, :, [0, 2]]).max() < 1e-11
     assert np.abs(made.freedom - one_by_one.freedom).max() < 1e-8

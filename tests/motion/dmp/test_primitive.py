@@ -73,9 +73,9 @@ def test_a_larger_tau_scale_is_the_same_path_slower(moving_plan):
 def test_velocity_and_acceleration_are_derivatives_of_the_position(plan):
     t_s = np.linspace(0.01, plan.duration_s - 0.01, 300)
     h = 1e-5
-    ahead, here, behind = (play(plan, t_s + shift) for shift in (h, 0, -h))
-    assert np.abs((ahead.position_m - behind.position_m) / (2 * h) - here.velocity_m_s).max() < 1e-6
-    assert np.abs((ahead.velocity_m_s - behind.velocity_m_s) / (2 * h) - here.acceleration_m_s2).max() < 1e-4
+    ahead, here, past = (play(plan, t_s + shift) for shift in (h, 0, -h))
+    assert np.abs((ahead.position_m - past.position_m) / (2 * h) - here.velocity_m_s).max() < 1e-6
+    assert np.abs((ahead.velocity_m_s - past.velocity_m_s) / (2 * h) - here.acceleration_m_s2).max() < 1e-4
 
 
 def test_any_spacing_of_the_instants_gives_the_same_motion(plan):
@@ -118,9 +118,9 @@ def test_a_goal_that_moves_is_met_with_its_velocity(hitting_plan):
         return np.concatenate((v, plan.stiffness * (goal - y) + damping * (goal_rate - v) + f))
 
     start = np.concatenate((plan.start_m, plan.start_velocity_m_s * tau))
-    share = np.linspace(0, 1, 51)
-    exact = solve_ivp(slope, (0, 1), start, t_eval=share, rtol=1e-11, atol=1e-12, method="DOP853").y.T
-    made = play(plan, share * tau)
+    fraction = np.linspace(0, 1, 51)
+    exact = solve_ivp(slope, (0, 1), start, t_eval=fraction, rtol=1e-11, atol=1e-12, method="DOP853").y.T
+    made = play(plan, fraction * tau)
     assert np.abs(made.position_m - exact[:, :3]).max() < 1e-8
     assert np.abs(made.velocity_m_s - exact[:, 3:] / tau).max() < 1e-7
     assert np.abs(made.position_m[-1] - plan.goal_m).max() < 1e-5
@@ -172,10 +172,10 @@ def test_a_shifted_goal_moves_the_end_and_leaves_the_start(plan):
 
 
 def test_the_phase_falls_from_one_as_its_equation_says():
-    share = np.linspace(0, 1, 1001)
-    x = phase(share, 2.0)
+    fraction = np.linspace(0, 1, 1001)
+    x = phase(fraction, 2.0)
     assert x[0] == 1.0
-    assert np.abs(np.gradient(x, share)[1:-1] + 2.0 * x[1:-1]).max() < 1e-5
+    assert np.abs(np.gradient(x, fraction)[1:-1] + 2.0 * x[1:-1]).max() < 1e-5
 
 
 def test_features_are_shares_of_the_phase():
@@ -194,9 +194,9 @@ def test_a_function_is_one_at_its_centre_and_falls_by_its_width():
 
 
 def test_the_forcing_term_is_linear_in_the_weights(plan):
-    share = np.linspace(0, 1, 31)
+    fraction = np.linspace(0, 1, 31)
     double = dataclasses.replace(plan, weights=2 * plan.weights)
-    assert np.allclose(forcing(double, share), 2 * forcing(plan, share))
+    assert np.allclose(forcing(double, fraction), 2 * forcing(plan, fraction))
 
 
 SHARE = np.linspace(0, 1, 40)
@@ -231,13 +231,13 @@ def test_drawn_swings_have_the_demonstrations_mean_and_spread(encoding: Encoding
     mean = encoding.average()
     rng = np.random.default_rng(0)
     plans = [sample_plan(mean, rng) for _ in range(400)]
-    drawn = np.array([play(plan, SHARE * plan.duration_s, steps=200).position_m for plan in plans])
+    sampled = np.array([play(plan, SHARE * plan.duration_s, steps=200).position_m for plan in plans])
     own = [encoding.plan(i) for i in range(len(encoding))]
     demonstrated = np.array([play(plan, SHARE * plan.duration_s, steps=200).position_m for plan in own])
     spread = demonstrated.std(axis=0, ddof=1)
     # 400 draws: the mean within 4 standard errors, the standard deviation within 4 x 3.5 %
-    assert np.abs(drawn.mean(axis=0) - demonstrated.mean(axis=0)).max() < 4 * spread.max() / 20
-    assert np.abs(drawn.std(axis=0) - spread).max() < 0.16 * spread.max()
+    assert np.abs(sampled.mean(axis=0) - demonstrated.mean(axis=0)).max() < 4 * spread.max() / 20
+    assert np.abs(sampled.std(axis=0) - spread).max() < 0.16 * spread.max()
     logs = np.log([plan.duration_s for plan in plans])
     assert np.std(logs) == pytest.approx(np.std([np.log(plan.duration_s) for plan in own], ddof=1), rel=0.16)
 
@@ -278,32 +278,32 @@ def error(steps, share):
 
 
 def test_halving_the_step_divides_the_error_by_sixteen():
-    share = np.linspace(0, 1, 17)  # nodes of every grid below
-    errors = [error(steps, share) for steps in (64, 128, 256, 512)]
+    fraction = np.linspace(0, 1, 17)  # nodes of every grid below
+    errors = [error(steps, fraction) for steps in (64, 128, 256, 512)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     # a Runge-Kutta solution of order 4 comes to 4 from either side as w h goes from 0.5 to 0.06
     assert np.all(np.abs(orders - 4) < [0.6, 0.35, 0.2])
 
 
 def test_between_the_nodes_the_solution_is_as_exact_as_on_them():
-    share = np.random.default_rng(3).uniform(0, 1, 200).clip(0, 1)
-    share.sort()
-    assert error(512, share) < 2 * error(512, np.linspace(0, 1, 513))
+    fraction = np.random.default_rng(3).uniform(0, 1, 200).clip(0, 1)
+    fraction.sort()
+    assert error(512, fraction) < 2 * error(512, np.linspace(0, 1, 513))
 
 
 def test_the_second_derivative_is_the_derivative_of_the_rate():
     solution = solve(drive, np.zeros(2), np.zeros(2), FREQUENCY, 1000)
-    share = np.linspace(0.01, 0.99, 300)
+    fraction = np.linspace(0.01, 0.99, 300)
     h = 1e-5
-    slope = (solution.at(share + h).rate - solution.at(share - h).rate) / (2 * h)
-    assert np.abs(slope - solution.at(share).second).max() < 1e-5 * np.abs(slope).max()
+    slope = (solution.at(fraction + h).rate - solution.at(fraction - h).rate) / (2 * h)
+    assert np.abs(slope - solution.at(fraction).second).max() < 1e-5 * np.abs(slope).max()
 
 
 def test_settling_is_the_solution_without_drive():
     start, rate = np.array([-0.4]), np.array([2.0])
-    share = np.linspace(0, 1, 50)
-    exact = settle(start, rate, FREQUENCY, share)
-    numeric = solve(lambda s: np.zeros((len(s), 1)), start, rate, FREQUENCY, 2000).at(share)
+    fraction = np.linspace(0, 1, 50)
+    exact = settle(start, rate, FREQUENCY, fraction)
+    numeric = solve(lambda s: np.zeros((len(s), 1)), start, rate, FREQUENCY, 2000).at(fraction)
     for name in ("position", "rate", "second"):
         assert np.abs(getattr(exact, name) - getattr(numeric, name)).max() < 1e-7 * np.abs(getattr(exact, name)).max()
 

@@ -33,10 +33,10 @@ def test_the_cup_stays_upright_and_on_its_line(line: CupLine, arm: RobotModel) -
 
 def test_the_lines_speeds_and_accelerations_are_those_of_its_positions(line: CupLine) -> None:
     x, v, a, h = 0.123, 1.5, -6.0, 1e-4
-    places = [line.at(x + v * t + a * t * t / 2, 0.0, 0.0).position_rad for t in (-h, 0.0, h)]
+    positions = [line.at(x + v * t + a * t * t / 2, 0.0, 0.0).position_rad for t in (-h, 0.0, h)]
     point = line.at(x, v, a)
-    assert point.velocity_rad_s == pytest.approx((places[2] - places[0]) / (2 * h), abs=1e-5)
-    assert point.acceleration_rad_s2 == pytest.approx((places[2] - 2 * places[1] + places[0]) / h**2, abs=1e-2)
+    assert point.velocity_rad_s == pytest.approx((positions[2] - positions[0]) / (2 * h), abs=1e-5)
+    assert point.acceleration_rad_s2 == pytest.approx((positions[2] - 2 * positions[1] + positions[0]) / h**2, abs=1e-2)
 
 
 def test_the_jacobian_turns_the_lines_joint_speeds_into_the_cups_speed(line: CupLine, arm: RobotModel) -> None:

@@ -98,18 +98,21 @@ def test_a_turned_swing_costs_an_arm_that_turns_along_the_same(problem: Placemen
     path = CupPath(turned_plan(PLAN, angle), LEAD_IN).at(0.02 * np.arange(151))
     other = PlacementProblem(modelled(bench_arm()), GAME, [motion_demand(path, 0.02, swing_rad=angle)])
     rng = np.random.default_rng(7)
-    places = [problem.place_of(current_placement(modelled(bench_arm()))), *rng.uniform(size=(100, problem.dimensions))]
-    costs = [problem.cost(place) for place in places]
-    for place in places:
-        place[0] = (place[0] + angle_deg / 360) % 1.0
-    assert [other.cost(place) for place in places] == pytest.approx(costs, rel=1e-6)
+    positions = [
+        problem.place_of(current_placement(modelled(bench_arm()))),
+        *rng.uniform(size=(100, problem.dimensions)),
+    ]
+    costs = [problem.cost(position) for position in positions]
+    for position in positions:
+        position[0] = (position[0] + angle_deg / 360) % 1.0
+    assert [other.cost(position) for position in positions] == pytest.approx(costs, rel=1e-6)
     assert min(costs) < 2
 
 
 @pytest.mark.slow
 def test_the_cost_is_what_the_arm_in_dart_needs(problem: PlacementProblem, found: Placement) -> None:
-    shares = measured(placed(bench_arm(), found), GAME, PLAN, LEAD_IN).shares
-    needed = max(shares.velocity.max(), 0.6 * shares.acceleration.max(), 0.6 * shares.effort.max())
+    fractions = measured(placed(bench_arm(), found), GAME, PLAN, LEAD_IN).shares
+    needed = max(fractions.velocity.max(), 0.6 * fractions.acceleration.max(), 0.6 * fractions.effort.max())
     assert problem.cost(problem.place_of(found)) == pytest.approx(needed, rel=0.03)
 
 

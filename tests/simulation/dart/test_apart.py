@@ -40,13 +40,13 @@ def swayed(
     """Joints and ball (steps, 10) while all joints sway through zero speed, and in which steps DART looked."""
     world = ArmWorld(robot, game or kendama_game(), links=True)
     looked = watched(world, always_held=always_held)
-    places = []
+    positions = []
     for k in range(1, steps):
         t = k * STEP_S
-        turn = 0.1 * (1 - math.cos(8 * t)), 0.8 * math.sin(8 * t), 6.4 * math.cos(8 * t)
-        world.step(world.arm.home_rad + turn[0], *(np.full(7, one) for one in turn[1:]))
-        places.append(np.concatenate([world.position_rad, world.ball.position_m]))
-    return np.array(places), looked
+        rotation = 0.1 * (1 - math.cos(8 * t)), 0.8 * math.sin(8 * t), 6.4 * math.cos(8 * t)
+        world.step(world.arm.home_rad + rotation[0], *(np.full(7, one) for one in rotation[1:]))
+        positions.append(np.concatenate([world.position_rad, world.ball.position_m]))
+    return np.array(positions), looked
 
 
 @pytest.mark.parametrize(
@@ -112,17 +112,17 @@ def test_dart_looks_before_anything_touches() -> None:
     world = ArmWorld(bench_arm(), game, links=True)
     world.reset(world.arm.home_rad)
     home, still = world.arm.home_rad, np.zeros(7)
-    places = world.arm.joint_positions_m(home)
+    positions = world.arm.joint_positions_m(home)
     world.perturb(WorldErrors(rope_scale=5.0))  # long enough for every place
     rng, touched = np.random.default_rng(2), 0
     for _ in range(60):
         looked = watched(world)
         world.reset(home)
-        a, b = places[(k := rng.integers(1, len(places) - 1))], places[k + 1]
+        a, b = positions[(k := rng.integers(1, len(positions) - 1))], positions[k + 1]
         target = world.ball.tie_m + np.array([0, 0, 0.05]) if rng.random() < 0.4 else a + rng.random() * (b - a)
-        way = rng.normal(size=3)
-        way *= 0.35 / np.linalg.norm(way)
-        world.ball.put((target + way).tolist(), (-way / 0.35 * rng.uniform(1.0, 12.0)).tolist())
+        path = rng.normal(size=3)
+        path *= 0.35 / np.linalg.norm(path)
+        world.ball.put((target + path).tolist(), (-path / 0.35 * rng.uniform(1.0, 12.0)).tolist())
         for step in range(150):
             world.step(home, still, still)
             contacts = world._stepper._worlds.touching.getLastCollisionResult().getNumContacts()

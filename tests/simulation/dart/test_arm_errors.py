@@ -47,8 +47,8 @@ def test_the_cup_errs_by_a_sine_along_x_whatever_the_drive_allows(
     assert made.trace is not None
     moved = made.trace.cup_m - made.trace.cup_m[0]
     late = made.trace.t_s >= ONSET_S
-    wanted = 0.005 * np.sin(2 * np.pi * cup_error_hz * made.trace.t_s + 0.4)
-    assert moved[late, 0] == pytest.approx(wanted[late], abs=1e-4)
+    desired = 0.005 * np.sin(2 * np.pi * cup_error_hz * made.trace.t_s + 0.4)
+    assert moved[late, 0] == pytest.approx(desired[late], abs=1e-4)
     assert np.abs(moved[:, 1:]).max() < 3e-4
     assert np.abs(moved[1]).max() < 1e-4
 
@@ -88,8 +88,8 @@ def test_a_lagging_arm_is_late_by_its_lag_on_a_steady_motion() -> None:
         position_rad=joints.position_rad + np.outer(joints.t_s, speed),
         velocity_rad_s=joints.velocity_rad_s + speed,
     )
-    places = _followed(steady, ArmErrors(lag_s=0.03))
-    late_s = (steady.position_rad[-1, 3] - places[-1, 3]) / 0.2
+    positions = _followed(steady, ArmErrors(lag_s=0.03))
+    late_s = (steady.position_rad[-1, 3] - positions[-1, 3]) / 0.2
     # the discrete lag, h / (e^(h / T) - 1) is half a step short of T
     assert late_s == pytest.approx(0.03 - STEP_S / 2, abs=1e-5)
 
@@ -134,10 +134,10 @@ def test_in_leaning_gravity_the_ball_hangs_aside_and_stays_there() -> None:
     world.perturb(WorldErrors(gravity_tilt_rad=0.01745))
     world.reset(world.arm.home_rad)
     zero = np.zeros(len(world.arm.joint_names))
-    aside = kendama_game().rope.length_m * np.sin(0.01745)
+    lateral = kendama_game().rope.length_m * np.sin(0.01745)
     for _ in range(400):
         world.step(world.arm.home_rad, zero, zero)
-        assert world.ball.position_m[0] - world.ball.tie_m[0] == pytest.approx(aside, abs=1e-4)
+        assert world.ball.position_m[0] - world.ball.tie_m[0] == pytest.approx(lateral, abs=1e-4)
 
 
 def test_friction_at_the_tie_takes_what_it_should_from_a_swing() -> None:
@@ -147,9 +147,9 @@ def test_friction_at_the_tie_takes_what_it_should_from_a_swing() -> None:
     for friction_m in (0.0, 0.002):
         world.perturb(WorldErrors(ball_start_m=0.1, tie_friction_m=friction_m, drag_scale=1e-6))
         world.reset(world.arm.home_rad)
-        places = []
+        positions = []
         for _ in range(1400):
             world.step(world.arm.home_rad, zero, zero)
-            places.append(float(world.ball.position_m[0] - world.ball.tie_m[0]))
-        amplitudes.append(max(places[1000:]))
+            positions.append(float(world.ball.position_m[0] - world.ball.tie_m[0]))
+        amplitudes.append(max(positions[1000:]))
     assert amplitudes[0] - amplitudes[1] == pytest.approx(4 * 0.002, rel=0.15)

@@ -166,14 +166,14 @@ def test_the_motors_give_what_is_asked_with_the_law_of_the_known_friction_within
     clipped = 0
     for size in (0.01, 0.1, 1.0, 10.0):
         for _ in range(50):
-            wanted, speed, torque, added = size * rng.normal(size=(4, 7))
+            desired, speed, torque, added = size * rng.normal(size=(4, 7))
             torque *= arm.limits.effort_nm
             effort = np.empty(7)
             torque_kernel.efforts(
-                torque, added, speed, wanted, friction.constants, friction.unknown, effort, friction.level_nm
+                torque, added, speed, desired, friction.constants, friction.unknown, effort, friction.level_nm
             )
-            direction = np.tanh(wanted / SIGN_RAD_S)
-            compensated = arm.friction.dry_nm(wanted) * direction + arm.friction.viscous_nm_s * speed
+            direction = np.tanh(desired / SIGN_RAD_S)
+            compensated = arm.friction.dry_nm(desired) * direction + arm.friction.viscous_nm_s * speed
             asked = torque + compensated + added
             clipped += int((np.abs(asked) > arm.limits.effort_nm).sum())
             # a handful of roundings of torques up to a thousand Nm
@@ -206,9 +206,9 @@ def test_the_friction_of_coupled_joints_obeys_coulomb_s_law() -> None:
 
 def test_two_percent_of_friction_that_nobody_knows_costs_little() -> None:
     game, worst = kendama_game(), []
-    for share in (0.0, 0.02, 0.5):
+    for fraction in (0.0, 0.02, 0.5):
         world = ArmWorld(bench_arm(), game)
-        world.perturb(WorldErrors(joint_friction_fraction=share))
+        world.perturb(WorldErrors(joint_friction_fraction=fraction))
         world.reset(world.arm.home_rad)
         for k in range(1, 600):
             t = k * STEP_S

@@ -38,9 +38,9 @@ def _drawn(  # noqa: PLR0917 - plain numbers and arrays, as compiled code takes 
     if kind == 2:  # a place at or beyond a stop, at rest
         return (upper if held[i, 3] > 0 else lower) + max(held[i, 4], 0.0) * np.sign(held[i, 3]), 0.0, 0.0
     if kind == 3:  # a sine over the whole range, near the limits of speed and acceleration
-        size, middle = 0.5 * (upper - lower) * (1.0 + 0.05 * held[i, 4]), 0.5 * (lower + upper)
+        size, center = 0.5 * (upper - lower) * (1.0 + 0.05 * held[i, 4]), 0.5 * (lower + upper)
         rate = min(fastest / size, math.sqrt(top / size)) * (1.0 + 0.3 * held[i, 3])
-        wave = middle + size * math.sin(rate * t), size * rate * math.cos(rate * t)
+        wave = center + size * math.sin(rate * t), size * rate * math.cos(rate * t)
         return wave[0], wave[1], -size * rate**2 * math.sin(rate * t)
     if kind == 4:  # somewhere about what can be reached, anew in every period
         change = 1.2 * top * period * np.random.uniform(-1.0, 1.0)  # noqa: NPY002 - compiled code has no Generator here
@@ -58,7 +58,7 @@ def _worst(limits: Array, period: float, periods: int, seed: int, commands: bool
     fastest, top = limits[2], limits[3]
     state = np.zeros((3, n))
     state[0] = 0.5 * (limits[0] + limits[1])
-    place, speed, bend, change = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    position, speed, bend, change = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     q1, v1, mean, worst = np.empty(n), np.empty(n), np.zeros(n), np.zeros(6)
     held, kind, left = np.zeros((n, 5)), np.zeros(n, np.int64), np.zeros(n, np.int64)
     for k in range(periods):
@@ -71,17 +71,17 @@ def _worst(limits: Array, period: float, periods: int, seed: int, commands: bool
                     wild = scale * np.random.normal()  # noqa: NPY002
                     held[i, j] = wild if j < 3 else np.random.uniform(-1.0, 1.0)  # noqa: NPY002
             left[i] -= 1
-            drawn = _drawn(state[0, i], state[1, i], kind[i], limits, i, period, k * period, held)
-            place[i], speed[i], bend[i] = drawn
+            sampled = _drawn(state[0, i], state[1, i], kind[i], limits, i, period, k * period, held)
+            position[i], speed[i], bend[i] = sampled
         before, last = state[0].copy(), state[1].copy()
         if commands:
-            drive_kernel.nearest_state(before, last, place, speed, limits, period, q1, v1)
+            drive_kernel.nearest_state(before, last, position, speed, limits, period, q1, v1)
             state[0], state[1] = q1, v1
         else:
-            drive_kernel.follow(place, speed, bend, state, limits, period, change)
+            drive_kernel.follow(position, speed, bend, state, limits, period, change)
         for i in range(n):
             q, v, m = state[0, i], state[1, i], (state[0, i] - before[i]) / period
-            begin = (6.0 * m - 4.0 * last[i] - 2.0 * v) / period
+            start = (6.0 * m - 4.0 * last[i] - 2.0 * v) / period
             end = (4.0 * v + 2.0 * last[i] - 6.0 * m) / period
             found = (
                 max(q - limits[1, i], limits[0, i] - q),
@@ -89,7 +89,7 @@ def _worst(limits: Array, period: float, periods: int, seed: int, commands: bool
                 abs(m) / fastest[i],
                 abs(v - last[i]) / period / top[i],
                 abs(m - mean[i]) / period / top[i],
-                max(abs(begin), abs(end)) / top[i],
+                max(abs(start), abs(end)) / top[i],
             )
             for j in range(6):
                 if not found[j] <= worst[j]:
@@ -109,16 +109,16 @@ def _limits(name: str) -> JointLimits:
 
 @pytest.mark.parametrize("robot", ["pa10", "iiwa", "ur5", "ur10", "panda", "xarm7"])
 def test_no_random_reference_takes_a_bundled_arm_s_drive_beyond_any_limit(robot: str) -> None:
-    beyond_rad, *shares = _worst(limit_rows(_limits(robot), 0.001), 0.001, PERIODS, 1, False).tolist()
+    beyond_rad, *fractions = _worst(limit_rows(_limits(robot), 0.001), 0.001, PERIODS, 1, False).tolist()
     assert beyond_rad <= 0.0
-    assert max(shares) <= 1.0 + ROUNDING
-    assert min(shares) > 0.99, "the references did not try all limits"
+    assert max(fractions) <= 1.0 + ROUNDING
+    assert min(fractions) > 0.99, "the references did not try all limits"
 
 
 @pytest.mark.parametrize("period_s", [0.001, pytest.param(0.004, marks=pytest.mark.slow), 0.02])
 def test_no_random_command_takes_what_is_sent_beyond_any_limit(period_s: float) -> None:
     rows = limit_rows(_limits("pa10"), period_s)
-    beyond_rad, *shares = _worst(rows, period_s, PERIODS, 2, True).tolist()
+    beyond_rad, *fractions = _worst(rows, period_s, PERIODS, 2, True).tolist()
     assert beyond_rad <= 0.0
-    assert max(shares) <= 1.0 + ROUNDING
-    assert min(shares) > 0.99, "the commands did not try all limits"
+    assert max(fractions) <= 1.0 + ROUNDING
+    assert min(fractions) > 0.99, "the commands did not try all limits"

@@ -98,17 +98,17 @@ def _repeated_miss_m(world: ArmWorld, t_s: np.ndarray, cup_m: np.ndarray, ball_m
     game, h = world.ball.game, 1e-4
     law, (k1, k2), cup = RopeLaw.of(game), game.drag, CubicSpline(t_s, cup_m)
     times = np.arange(t_s[k], t_s[-1], h)
-    places, rates = cup(times), cup(times, 1)
+    positions, rates = cup(times), cup(times, 1)
     ball, speed = ball_m[k].copy(), (ball_m[k + 1] - ball_m[k - 1]) / (t_s[k + 1] - t_s[k - 1])
-    for place, rate in zip(places, rates, strict=True):
-        before = ball - place
-        pull = rope_pull(law, tuple(before), tuple(speed - rate))
-        force = np.array(pull.force_n) - (k1 + k2 * np.linalg.norm(speed)) * speed
+    for position, rate in zip(positions, rates, strict=True):
+        before = ball - position
+        exerted = rope_pull(law, tuple(before), tuple(speed - rate))
+        force = np.array(exerted.force_n) - (k1 + k2 * np.linalg.norm(speed)) * speed
         speed = speed + h * (force / game.ball.mass_kg - [0.0, 0.0, game.gravity_m_s2])
         ball = ball + h * speed
-        height = ball[2] - place[2] - game.cup.rim_m
-        if pull.tension_n == 0.0 and height <= game.ball.radius_m < before[2] - game.cup.rim_m:
-            return float(ball[0] - place[0] + (speed - rate)[0] * height / -(speed - rate)[2])
+        height = ball[2] - position[2] - game.cup.rim_m
+        if exerted.tension_n == 0.0 and height <= game.ball.radius_m < before[2] - game.cup.rim_m:
+            return float(ball[0] - position[0] + (speed - rate)[0] * height / -(speed - rate)[2])
     raise AssertionError("the ball never came down")
 
 

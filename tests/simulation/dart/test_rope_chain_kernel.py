@@ -37,8 +37,8 @@ def cup_ways(cup_x: Way, until_s: float) -> tuple[np.ndarray, np.ndarray]:
 
 def balls_m(game: GameSettings, cup_x: Way, until_s: float, rope_kg: float) -> np.ndarray:
     """Where the ball is, every millisecond, under a cup that is carried along x."""
-    way = cup_ways(cup_x, until_s)
-    return carry_cup(of_mass(game, rope_kg), *way, rope_m=None, aside_m=0.0, after_s=0.0).ball_m
+    path = cup_ways(cup_x, until_s)
+    return carry_cup(of_mass(game, rope_kg), *path, rope_m=None, aside_m=0.0, after_s=0.0).ball_m
 
 
 def test_a_chain_hangs_and_pulls_the_cup_by_the_weight_of_ball_and_rope() -> None:
@@ -68,10 +68,10 @@ def test_links_are_laid_round_the_cup_and_share_the_mass() -> None:
     lengths = link_lengths_m(0.4, profile.used_m, 24)
     assert node_masses_kg(1e-3, lengths).sum() == pytest.approx(1e-3)
     for ball in ([0.05, 0.1, -0.2], [0.2, 0.0, 0.1], [0.0, -0.01, 0.2]):
-        places = laid(profile, lengths, np.array(ball), np.array([0.0, 0.0, 1.0]))
-        ends = np.array([profile.path_length_m(*place) for place in places])
+        positions = laid(profile, lengths, np.array(ball), np.array([0.0, 0.0, 1.0]))
+        ends = np.array([profile.path_length_m(*position) for position in positions])
         whole = profile.path_length_m(*ball)
-        assert places[-1] == pytest.approx(ball)
+        assert positions[-1] == pytest.approx(ball)
         np.testing.assert_allclose(ends, np.append(0.0, np.cumsum(lengths)) * whole / 0.4, atol=1e-9)
 
 

@@ -56,17 +56,17 @@ def test_with_a_tie_on_the_wall_too_however_the_cup_turns() -> None:
     rope = np.array([*rope_kernel.rope_constants(law), 0.001, 0.0004, high, height])
     pulled, force, heights = np.zeros(13), np.zeros(3), []
     for _ in range(COMPARED):
-        ball, speed, place, place_speed, rate = rng.normal(0, [[0.25], [2.0], [0.05], [0.5], [3.0]], (5, 3))
-        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-        turn[:, 1] = np.cross(turn[:, 2], turn[:, 0])
-        axis, side = turn[:, 2], turn[:, 0]
+        ball, speed, position, place_speed, rate = rng.normal(0, [[0.25], [2.0], [0.05], [0.5], [3.0]], (5, 3))
+        rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        rotation[:, 1] = np.cross(rotation[:, 2], rotation[:, 0])
+        axis, side = rotation[:, 2], rotation[:, 0]
         knot = out * side + height * axis
-        up = np.concatenate([place + high * axis, place + knot])
+        up = np.concatenate([position + high * axis, position + knot])
         up_speed = np.concatenate([place_speed + np.cross(rate, high * axis), place_speed + np.cross(rate, knot)])
-        assert rope_kernel.pull(ball, speed, place, place_speed, up, up_speed, rope, pulled, force)
+        assert rope_kernel.pull(ball, speed, position, place_speed, up, up_speed, rope, pulled, force)
         plain_pull = rope_pull(
             law,
-            tuple(ball - place),
+            tuple(ball - position),
             tuple(speed - place_speed),
             tuple(axis),
             tuple(np.cross(rate, axis)),
@@ -82,5 +82,7 @@ def test_with_a_tie_on_the_wall_too_however_the_cup_turns() -> None:
         # by rounding another of two equal ways may be taken; none of these places is so near to that
         np.testing.assert_allclose(pulled[:3], plain_pull.force_n, rtol=1e-6, atol=1e-6)
         np.testing.assert_allclose(pulled[rope_kernel.REACTION : rope_kernel.PIVOT], -pulled[:3])
-        np.testing.assert_allclose(pulled[rope_kernel.PIVOT : rope_kernel.SIDE], place + plain_pull.pivot_m, atol=1e-9)
+        np.testing.assert_allclose(
+            pulled[rope_kernel.PIVOT : rope_kernel.SIDE], position + plain_pull.pivot_m, atol=1e-9
+        )
     assert np.ptp(heights) > 0.99 * law.cup.rim_m, "some end of the cup was never compared"

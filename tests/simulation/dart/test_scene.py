@@ -63,10 +63,10 @@ def test_a_free_body_falls_onto_the_table_and_rests_there(shape, size_m, half_he
 def test_a_block_on_a_slope_stays_below_the_angle_of_friction_and_slides_above_it(friction):
     for angle, slides in ((math.atan(friction) - 0.08, False), (math.atan(friction) + 0.08, True)):
         c, s = math.cos(angle), math.sin(angle)
-        turn = [math.cos(angle / 2), 0.0, math.sin(angle / 2), 0.0]
-        slope = body(shape="plane", size_m=[], position_m=[0.0, 0.0, 0.5], rotation_wxyz=turn, friction=friction)
+        rotation = [math.cos(angle / 2), 0.0, math.sin(angle / 2), 0.0]
+        slope = body(shape="plane", size_m=[], position_m=[0.0, 0.0, 0.5], rotation_wxyz=rotation, friction=friction)
         start = np.array([0.02 * s, 0.0, 0.5 + 0.02 * c])
-        block = _free("block", "box", [0.1, 0.1, 0.04], start.tolist(), rotation_wxyz=turn, friction=1.0)
+        block = _free("block", "box", [0.1, 0.1, 0.04], start.tolist(), rotation_wxyz=rotation, friction=1.0)
         step, bodies = _world(slope, block)
         for _ in range(1000):
             step()
@@ -90,11 +90,11 @@ def test_a_ball_rebounds_as_the_product_of_both_restitutions_says(restitution):
 
 def test_a_sprung_table_gives_way_by_the_weight_over_its_stiffness_and_carries_its_own():
     pad, block = body("soft_table"), _free("block", "box", [0.1, 0.1, 0.04], [0.0, 0.0, 1.02], mass_kg=2.0)
-    for bodies, wanted_m in (((pad,), 0.0), ((pad, block), 2.0 * GRAVITY_M_S2 / 5000.0)):
+    for bodies, desired_m in (((pad,), 0.0), ((pad, block), 2.0 * GRAVITY_M_S2 / 5000.0)):
         step, made = _world(*bodies)
         for _ in range(1500):
             step()
-        assert _place(made["table"]) == pytest.approx([0.0, 0.0, 0.98 - wanted_m], abs=2e-5)
+        assert _place(made["table"]) == pytest.approx([0.0, 0.0, 0.98 - desired_m], abs=2e-5)
 
 
 def test_a_turned_sprung_table_yields_against_the_weight_all_the_same():
@@ -107,17 +107,17 @@ def test_a_turned_sprung_table_yields_against_the_weight_all_the_same():
 
 @pytest.mark.parametrize("ratio", [0.1, 1.0, 3.0])
 def test_springs_as_stiff_as_allowed_come_to_rest_and_stiffer_ones_are_refused(ratio):
-    most = 2.0 * ((math.hypot(ratio, 1.0) - ratio) / STEP_S) ** 2
-    pad = body("soft_table", damping_ratio=ratio, stiffness_n_m=0.999 * most)
+    maximum = 2.0 * ((math.hypot(ratio, 1.0) - ratio) / STEP_S) ** 2
+    pad = body("soft_table", damping_ratio=ratio, stiffness_n_m=0.999 * maximum)
     step, bodies = _world(pad, _free("ball", "sphere", [0.02], [0.0, 0.0, 1.05]))
     for _ in range(1500):
         step()
-    assert _place(bodies["table"])[2] == pytest.approx(0.98 - 0.4 * GRAVITY_M_S2 / most, rel=1e-5)
+    assert _place(bodies["table"])[2] == pytest.approx(0.98 - 0.4 * GRAVITY_M_S2 / maximum, rel=1e-5)
     message = (
-        rf"'scene\.bodies\[0\]\.stiffness_n_m' is {1.001 * most}.* for table of 2\.0 kg; allowed: up to .* at steps of"
+        rf"'scene\.bodies\[0\]\.stiffness_n_m' is {1.001 * maximum}.* for table of 2\.0 kg; allowed: up to .* at steps"
     )
     with pytest.raises(ConfigError, match=message):
-        _world(pad | {"stiffness_n_m": 1.001 * most})
+        _world(pad | {"stiffness_n_m": 1.001 * maximum})
 
 
 def test_a_point_is_as_deep_in_a_body_as_the_nearest_face_says():

@@ -19,11 +19,11 @@ def _carried(number: int, rope_m: float, tau: float) -> Swing:
 def _first_slack_fall_m(made: Swing) -> float | None:
     """Where on a slack rope the ball is first half in the plane of the rim, in the last two fifths of the cup's way."""
     apart = made.ball_m - made.cup_m
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(made.cup_m, axis=0), axis=1))])
+    path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(made.cup_m, axis=0), axis=1))])
     height = apart[:, 2] - CUP.rim_m - BALL.radius_m
     for k in range(1, len(height)):
         slack = made.slack[max(0, k - 20) : k + 1].all()
-        if slack and height[k - 1] > 0.0 >= height[k] and way[k] >= 0.6 * way[-1]:
+        if slack and height[k - 1] > 0.0 >= height[k] and path[k] >= 0.6 * path[-1]:
             return float(apart[k, 0])
     return None
 

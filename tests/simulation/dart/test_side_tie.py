@@ -34,18 +34,18 @@ def test_the_ball_hangs_under_the_tie_and_stays_there() -> None:
 def test_the_ball_goes_round_the_wall_as_the_plain_law_says() -> None:
     """A ball that is flung past the cup's far side, round it and over it, beside the plain law by the same steps."""
     world, law, mass = HandWorld(GAME), RopeLaw.of(GAME), GAME.ball.mass_kg
-    place, speed = np.array([-0.05, 0.25, -0.2]), np.array([-3.5, 0.0, 1.0])
-    world.ball.put(place.tolist(), speed.tolist())
+    position, speed = np.array([-0.05, 0.25, -0.2]), np.array([-3.5, 0.0, 1.0])
+    world.ball.put(position.tolist(), speed.tolist())
     touched = set()
     for _ in range(900):
-        pull = rope_pull(law, tuple(place.tolist()), tuple(speed.tolist()))
-        force = np.array(pull.force_n)
-        if pull.tension_n > 0.0:
-            touched.add(tuple(np.round(pull.pivot_m, 3).tolist()))
+        exerted = rope_pull(law, tuple(position.tolist()), tuple(speed.tolist()))
+        force = np.array(exerted.force_n)
+        if exerted.tension_n > 0.0:
+            touched.add(tuple(np.round(exerted.pivot_m, 3).tolist()))
         speed = speed + STEP_S * (force / mass - [0.0, 0.0, GAME.gravity_m_s2])
-        place = place + STEP_S * speed
+        position = position + STEP_S * speed
         world.step(UPRIGHT)
-        assert world.ball.position_m == pytest.approx(place, abs=1e-7)
+        assert world.ball.position_m == pytest.approx(position, abs=1e-7)
         assert world.force_n == pytest.approx(-force, abs=1e-4)
     assert len(touched) > 20, "the rope hardly moved over the cup"
 

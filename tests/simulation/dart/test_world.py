@@ -60,8 +60,8 @@ def test_dart_moves_the_ball_as_semi_implicit_euler_does() -> None:
         taut, slack = taut + (rope.tension_n > 0.0), slack + (rope.tension_n == 0.0)
         around += rope.tension_n > 0.0 and rope.pivot_m != (0.0, 0.0, 0.0)
         drag = linear + quadratic * np.linalg.norm(speed)
-        pull = np.array(rope.force_n) - drag * speed
-        speed = speed + STEP_S * (pull / game.ball.mass_kg - [0, 0, game.gravity_m_s2])
+        tension = np.array(rope.force_n) - drag * speed
+        speed = speed + STEP_S * (tension / game.ball.mass_kg - [0, 0, game.gravity_m_s2])
         ball = ball + STEP_S * speed
         assert np.abs(ball - seen[:3]).max() < 2e-12, "measured: 1.01e-12 after 3000 steps"
         tie, tie_speed, axis, axis_rate = seen[3:6], seen[6:9], seen[9:12], seen[12:]
@@ -105,9 +105,9 @@ def test_efforts_and_positions_keep_to_their_limits_whatever_is_asked() -> None:
             world.step(world.arm.home_rad + 8.0 * sign, STILL, STILL)
             assert (np.abs(world.effort_nm) <= world.arm.limits.effort_nm).all()
         # DART's joint stops let a joint in by what one step at its speed limit covers
-        most = world.arm.limits.velocity_rad_s * STEP_S + 1e-3
-        assert (world.position_rad <= world.arm.limits.upper_rad + most).all()
-        assert (world.position_rad >= world.arm.limits.lower_rad - most).all()
+        maximum = world.arm.limits.velocity_rad_s * STEP_S + 1e-3
+        assert (world.position_rad <= world.arm.limits.upper_rad + maximum).all()
+        assert (world.position_rad >= world.arm.limits.lower_rad - maximum).all()
 
 
 @pytest.mark.parametrize("joint", range(7))
@@ -119,8 +119,8 @@ def test_a_joint_that_is_driven_into_its_stop_stays_there(joint: int) -> None:
     for _ in range(3500):
         world.step(world.position_rad, STILL, STILL, feedforward_nm=push)
         assert world.effort_nm[joint] == world.arm.limits.effort_nm[joint]
-        most = world.arm.limits.velocity_rad_s * STEP_S + 1e-3
-        assert (world.position_rad <= world.arm.limits.upper_rad + most).all()
+        maximum = world.arm.limits.velocity_rad_s * STEP_S + 1e-3
+        assert (world.position_rad <= world.arm.limits.upper_rad + maximum).all()
     assert world.position_rad[joint] == pytest.approx(world.arm.limits.upper_rad[joint], abs=1e-2)
     assert abs(world.velocity_rad_s[joint]) < 1e-2
 
@@ -131,11 +131,11 @@ def test_speeds_keep_to_their_limits_under_any_reference() -> None:
     for _ in range(800):
         world.step(world.arm.home_rad + 1.0, STILL + 50.0, STILL)
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
-    share = fastest / world.arm.limits.velocity_rad_s
-    assert share.max() > 0.9
+    fraction = fastest / world.arm.limits.velocity_rad_s
+    assert fraction.max() > 0.9
     # the reference keeps to the limits exactly; with motors at their torque limits the loop swings, and DART holds a
     # joint at its top speed one step late
-    assert (share < 1.1).all()
+    assert (fraction < 1.1).all()
 
 
 def test_accelerations_keep_to_their_limits_under_a_jump_of_the_reference() -> None:
@@ -145,9 +145,9 @@ def test_accelerations_keep_to_their_limits_under_a_jump_of_the_reference() -> N
         world.step(world.arm.home_rad + jump, STILL, STILL)
         assert (np.abs(world.effort_nm) < world.arm.limits.effort_nm).all()
         speeds.append(world.velocity_rad_s)
-    share = np.abs(np.diff(speeds, axis=0)).max(axis=0) / STEP_S / world.arm.limits.acceleration_rad_s2
-    assert (share[4:] > 0.9).all()
-    assert (share < 1.05).all()  # the ball's pull, which the controller does not know
+    fraction = np.abs(np.diff(speeds, axis=0)).max(axis=0) / STEP_S / world.arm.limits.acceleration_rad_s2
+    assert (fraction[4:] > 0.9).all()
+    assert (fraction < 1.05).all()  # the ball's pull, which the controller does not know
     # without the drive the same jump would ask for this much
     assert 0.2 * world.arm.settings.stiffness_1_s2 > 5 * world.arm.limits.acceleration_rad_s2.max()
 
@@ -235,9 +235,9 @@ def test_a_ball_dropped_into_the_cup_stays_and_is_caught() -> None:
     world = ArmWorld(bench_arm(), game)
     x, y, z = world.ball.tie_m
     assert not world.ball.is_in_cup()
-    for aside, down_m_s in ((0.0, 0.0), (0.02, 4.0), (-0.024, 2.0)):
+    for lateral, down_m_s in ((0.0, 0.0), (0.02, 4.0), (-0.024, 2.0)):
         world.reset(world.arm.home_rad)
-        world.ball.put([x + aside, y, z + 0.12], [0.0, 0.0, -down_m_s])
+        world.ball.put([x + lateral, y, z + 0.12], [0.0, 0.0, -down_m_s])
         for _ in range(1500):
             world.step(world.arm.home_rad, STILL, STILL)
         assert world.ball.is_in_cup()

@@ -15,9 +15,9 @@ STILL = np.zeros(7)
 
 def in_world(world: ArmWorld) -> tuple[np.ndarray, np.ndarray]:
     """The wrench with its force and torque turned into the world's axes."""
-    turn = world.body.tip.getWorldTransform().rotation()
+    rotation = world.body.tip.getWorldTransform().rotation()
     wrench = world.wrist_wrench()
-    return turn @ wrench[:3], turn @ wrench[3:]
+    return rotation @ wrench[:3], rotation @ wrench[3:]
 
 
 def hold(world: ArmWorld, steps: int) -> None:
@@ -74,10 +74,10 @@ def test_a_swinging_ball_pulls_with_its_centripetal_force() -> None:
         bx, _, bz = (b - t for b, t in zip(world.ball.position_m, world.ball.tie_m, strict=True))
         force, _ = in_world(world)
         seen.append((math.atan2(bx, -bz), math.hypot(force[0], force[2] + tool)))
-    angle, pull = min(seen, key=lambda one: abs(one[0]))
+    angle, tension = min(seen, key=lambda one: abs(one[0]))
     assert abs(angle) < 0.01
     # the rope's stretch of 3 m g / Ks = 0.7 mm and its damped oscillation are what is left
-    assert pull == pytest.approx(3 * weight, rel=0.03)
+    assert tension == pytest.approx(3 * weight, rel=0.03)
 
 
 def test_an_accelerated_cup_is_felt_as_mass_times_acceleration() -> None:
@@ -95,10 +95,10 @@ def test_an_accelerated_cup_is_felt_as_mass_times_acceleration() -> None:
             home + wave * 0.05 * (1 - math.cos(9 * t)), wave * 0.45 * math.sin(9 * t), wave * 4.05 * math.cos(9 * t)
         )
     cup = world.body.cup
-    middle = np.array(cup.getCOMLinearAcceleration())
+    center = np.array(cup.getCOMLinearAcceleration())
     force, _ = in_world(world)
     assert world.ball.tension_n == 0.0
-    assert force == pytest.approx(-game.cup.mass_kg * middle, abs=1e-3)
+    assert force == pytest.approx(-game.cup.mass_kg * center, abs=1e-3)
     assert np.linalg.norm(before) > 0.05
 
 

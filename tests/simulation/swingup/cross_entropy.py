@@ -27,8 +27,8 @@ class LinearPolicy:
         """0..n_actions-1."""
         x, velocity, angle, rate, _ = observation
         features = np.array([3.0 * x, velocity, np.sin(angle), rate * np.cos(angle) / 5.0])
-        wanted = np.tanh(float(self.weights @ features))
-        return round((wanted + 1.0) / 2.0 * (n_actions - 1))
+        desired = np.tanh(float(self.weights @ features))
+        return round((desired + 1.0) / 2.0 * (n_actions - 1))
 
 
 def played(env: gymnasium.Env[Any, Any], policy: LinearPolicy, seed: int) -> tuple[float, bool]:
@@ -49,12 +49,12 @@ def improved(
     """The mean of a normal distribution of weights, drawn to its best quarter in each generation."""
     mean, spread = np.zeros(4), np.full(4, 2.0)
     for _ in range(generations):
-        drawn = mean + spread * rng.standard_normal((population, 4))
+        sampled = mean + spread * rng.standard_normal((population, 4))
         scores = [
             np.mean([played(env, LinearPolicy(weights), int(rng.integers(2**31)))[0] for _ in range(2)])
-            for weights in drawn
+            for weights in sampled
         ]
-        best = drawn[np.argsort(scores)[-population // 4 :]]
+        best = sampled[np.argsort(scores)[-population // 4 :]]
         mean, spread = best.mean(axis=0), best.std(axis=0) + 0.1
     return LinearPolicy(mean)
 

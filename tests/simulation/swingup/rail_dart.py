@@ -93,11 +93,11 @@ class DartRail:
         air_m_s = self.velocity_m_s + across_m_s
         drag = self._drag[0] + self._drag[1] * math.sqrt(air_m_s * air_m_s + above_m_s * above_m_s)
         push_x, push_z = -drag * air_m_s, -drag * above_m_s
-        pull = rope_pull(self._law, (self.across_m, 0.0, self.above_m), (across_m_s, 0.0, above_m_s))
-        self.rope_force = None if pull.tension_n == 0.0 else pull.force_n
-        if pull.tension_n > 0.0:
-            push_x += pull.force_n[0]
-            push_z += pull.force_n[2]
+        exerted = rope_pull(self._law, (self.across_m, 0.0, self.above_m), (across_m_s, 0.0, above_m_s))
+        self.rope_force = None if exerted.tension_n == 0.0 else exerted.force_n
+        if exerted.tension_n > 0.0:
+            push_x += exerted.force_n[0]
+            push_z += exerted.force_n[2]
         self._push_x(push_x)
         self._push_z(push_z)
         self._cup.setCommand(acceleration_m_s2)

@@ -43,15 +43,15 @@ class Scripted:
 def euler(state: np.ndarray, command: float) -> np.ndarray:
     """One step of (cup x, ball x, ball z, their rates): v += dt a(old state), q += dt v, forces of eq. 1."""
     mass = GAME.ball.mass_kg
-    place, speed = state[:3], state[3:]
-    apart = place[1:] - (place[0], 0.0)
-    pull = rope_pull(RopeLaw.of(GAME), (apart[0], 0.0, apart[1]), (speed[1] - speed[0], 0.0, speed[2]))
+    position, speed = state[:3], state[3:]
+    apart = position[1:] - (position[0], 0.0)
+    exerted = rope_pull(RopeLaw.of(GAME), (apart[0], 0.0, apart[1]), (speed[1] - speed[0], 0.0, speed[2]))
     linear, quadratic = GAME.drag
     force = -(linear + quadratic * float(np.hypot(*speed[1:]))) * speed[1:]
-    if pull.tension_n > 0.0:
-        force = force + np.array([pull.force_n[0], pull.force_n[2]])
+    if exerted.tension_n > 0.0:
+        force = force + np.array([exerted.force_n[0], exerted.force_n[2]])
     speed = speed + STEP_S * np.array([command, *(force / mass - (0.0, GAME.gravity_m_s2))])
-    return np.concatenate([place + STEP_S * speed, speed])
+    return np.concatenate([position + STEP_S * speed, speed])
 
 
 def whole_state(swing: CompiledRail) -> np.ndarray:
@@ -70,9 +70,9 @@ def test_every_step_of_the_rail_is_one_of_semi_implicit_euler(actions, angle, tu
     swing = CompiledRail(GAME, STEP_S)
     swing.start(SwingState(0.01, -0.2, angle, turning))
     for command in np.repeat(actions, 100):
-        wanted = euler(whole_state(swing), command)
+        desired = euler(whole_state(swing), command)
         swing.step(command)
-        np.testing.assert_allclose(whole_state(swing), wanted, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(whole_state(swing), desired, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -223,13 +223,13 @@ def test_a_validation_adds_another_body_to_the_same_noise():
     assert min(noisier) >= 0.0
     assert min(narrower) >= 0.0, "never wider: what is learned stays inside"
     # the largest of 60 uniform draws falls short of the end by more than a tenth with a probability of 0.9^60 = 0.2 %
-    for drawn, most in (
+    for sampled, maximum in (
         (offsets, validation.angle_deg),
         (gains, validation.acceleration),
         (narrower, validation.workspace_shrink),
         (noisier, validation.noise[1]),
     ):
-        assert 0.9 * most < max(map(abs, drawn)) <= most + 1e-12
+        assert 0.9 * maximum < max(map(abs, sampled)) <= maximum + 1e-12
 
 
 @pytest.mark.parametrize("stiffness_n_m", [2000.0, 12500.0])

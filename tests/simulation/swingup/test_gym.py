@@ -54,16 +54,16 @@ def test_naming_the_module_registers_it_in_a_new_interpreter():
 
 def test_an_action_held_here_is_the_same_action_held_in_the_learning_environment():
     env = gymnasium.make(NAME, overrides=[*QUIET, "simulation/engine=rail"], hold_s=0.1).unwrapped
-    wanted = [4, 4, 0, 0, 0, 4, 4, 0]
+    desired = [4, 4, 0, 0, 0, 4, 4, 0]
     observation, _ = env.reset(seed=0)
     seen = [observation]
-    for action in wanted:
+    for action in desired:
         observation, *_ = env.step(np.int64(action))
         seen.append(observation)
     environment = SwingUpEnvironment(learn_settings("hard"), game_settings())
     rolling = environment.rolling(environment.noiseless())
     reading, t_s = next(rolling)
-    for action, observation in zip([*wanted, 0], seen, strict=True):
+    for action, observation in zip([*desired, 0], seen, strict=True):
         np.testing.assert_allclose(observation, [*reading, 4.0 - t_s], rtol=1e-6, atol=1e-6)  # float32
         reading, t_s = rolling.send((learn_settings("hard").actions_m_s2[action], t_s + 0.1 - 1e-9))
     assert t_s == pytest.approx(0.9)

@@ -78,9 +78,9 @@ def test_a_wrong_action_of_many_is_named_with_its_index():
         many.step(np.array([0, 99, 1]))
     with pytest.raises(gymnasium.error.InvalidAction, match=r"actions of shape \(2,\) and type int64; allowed: \(3,\)"):
         many.step(np.array([0, 1]))
-    shares = gymnasium.make_vec(SWING_UP, num_envs=3, overrides=[RAIL], actions="continuous")
-    shares.reset(seed=10706)
+    fractions = gymnasium.make_vec(SWING_UP, num_envs=3, overrides=[RAIL], actions="continuous")
+    fractions.reset(seed=10706)
     with pytest.raises(gymnasium.error.InvalidAction, match=r"action nan of environment 2; allowed: \(3, 1\) numbers"):
-        shares.step(np.array([[0.0], [1.0], [np.nan]]))
+        fractions.step(np.array([[0.0], [1.0], [np.nan]]))
     with pytest.raises(gymnasium.error.InvalidAction, match=r"actions of shape .* and type"):
-        shares.step([["a"], ["b"], ["c"]])
+        fractions.step([["a"], ["b"], ["c"]])

@@ -26,8 +26,8 @@ def pumped(env, goal: tuple[float, float], seed: int = 0):
     steps, ended = [], False
     while not ended:
         _, _, angle, rate, _ = observation["observation"]
-        share = np.array([-math.copysign(1.0, math.cos(angle) * rate)], np.float32)
-        steps.append(env.step(share))
+        fraction = np.array([-math.copysign(1.0, math.cos(angle) * rate)], np.float32)
+        steps.append(env.step(fraction))
         observation, _, terminated, truncated, _ = steps[-1]
         ended = terminated or truncated
     return steps

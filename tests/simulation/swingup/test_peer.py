@@ -26,13 +26,13 @@ def test_inertia_and_bias_agree_with_mujoco(name: str) -> None:
     data = mujoco.MjData(model)
     n, rng = len(arm.joint_names), np.random.default_rng(3)
     for _ in range(10):
-        place = rng.uniform(np.maximum(arm.limits.lower_rad, -3.0), np.minimum(arm.limits.upper_rad, 3.0))
+        position = rng.uniform(np.maximum(arm.limits.lower_rad, -3.0), np.minimum(arm.limits.upper_rad, 3.0))
         speed = rng.normal(0.0, 1.0, n)
-        data.qpos[:n], data.qvel[:n] = place, speed
+        data.qpos[:n], data.qvel[:n] = position, speed
         data.qpos[n:] = [50.0, 0.0, 0.0]  # out of the way
         mujoco.mj_forward(model, data)
-        inertia = inertia_of(arm, place)
-        bias = arm.rigid_effort_nm(place, speed, np.zeros(n))
+        inertia = inertia_of(arm, position)
+        bias = arm.rigid_effort_nm(position, speed, np.zeros(n))
         for axis in range(n):
             unit, column = np.zeros(model.nv), np.zeros(model.nv)
             unit[axis] = 1.0
