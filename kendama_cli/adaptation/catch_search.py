@@ -66,15 +66,13 @@ def next_evaluation(search: Search, candidates: Sequence[MotionVariation], mouth
 
 
 def winner(search: Search, candidates: Sequence[MotionVariation], mouth_m: float) -> MotionVariation:
-    """Return the best of ``candidates``, any two of them compared by as many simulations as both were evaluated in.
-
-    The one that was evaluated in fewest wins if it is the best by so many; else those with so many are out.
-    """
+    """Return the best of ``candidates``, any two of them compared by as many simulations as both were evaluated in."""
     remaining = {one: len(search.simulations.repeats(one)) for one in candidates}
     while True:
         fewest = min(remaining.values())
         best = max(remaining, key=lambda one: _worth(search, one, mouth_m, fewest))
         longer = {one: made for one, made in remaining.items() if made > fewest}
+        # The one that was evaluated in fewest wins if it is the best by so many; else those with so many are out.
         if remaining[best] == fewest or not longer:
             return best
         remaining = longer
@@ -114,10 +112,7 @@ def mean_distance_m(repeats: Sequence[Repeat]) -> float:
 
 
 def _worth(search: Search, candidate: MotionVariation, mouth_m: float, count: int) -> tuple[bool, float, float]:
-    """Return the rank of ``candidate`` by its first ``count`` repeats; any slack rope in a swing ranks below any taut.
-
-    Equal successes are ranked by the smaller distance.
-    """
+    """Return the rank by the first ``count`` repeats: a taut rope in the swing, then the success, then the distance."""
     repeats = search.simulations.repeats(candidate)[:count]
     success = round(expected_success(repeats, mouth_m), 3)
     return not search.slack_in_swing(candidate), success, -mean_distance_m(repeats)
@@ -298,6 +293,6 @@ def _can_wait_elsewhere(attempt: Attempt) -> bool:
 
 
 def _best_moved(search: Search, amplitude: float) -> list[MotionVariation]:
-    """Return the best catch at a moved place, if there is one."""
+    """Return the best catch with a moved goal, if there is one."""
     caught = [one for one in _at(search, amplitude) if one.variation.shifted and one.caught]
     return search.reaching(one.variation for one in sorted(caught, key=lambda one: one.distance_m))[:1]
