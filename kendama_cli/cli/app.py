@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -51,6 +51,10 @@ app.command()(diff)
 app.command()(docs)
 app.command()(explain)
 USAGE = 2
+WIDTHS = (
+    "Width of exported figures [88, wide ones 182]. Columns: IEEE 88 and 182, Nature 89 and 183, Elsevier 90 and 190, "
+    "Science 57 and 121, Springer 84 and 174, LNCS 122."
+)
 
 
 def _show_version(wanted: bool) -> None:
@@ -158,13 +162,24 @@ def report(
     export: Annotated[
         Path | None,
         typer.Option(
-            metavar="DIR", help="Instead of a page, every figure as SVG, PDF and CSV, every table as CSV and TeX."
+            metavar="DIR",
+            help="Instead of a page, every figure as SVG, PDF, PNG, CSV and TeX with its caption, every table as CSV "
+            "and TeX, README.txt and methods.md.",
+        ),
+    ] = None,
+    width_mm: Annotated[
+        float | None,
+        typer.Option(
+            metavar="MM",
+            min=40,
+            max=400,
+            help=WIDTHS,
         ),
     ] = None,
     video: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Instead of a page, a video of the catch (.webm or .mp4), slowed down where it is."
+            metavar="FILE", help="Instead of a page, a video (.webm or .mp4), slow around the catch; it resumes."
         ),
     ] = None,
     home: Home = None,
@@ -175,11 +190,10 @@ def report(
     """
     from kendama_cli.pipeline.run_selection import select_runs
 
-    records = select_runs(find_site(home).home, runs or [])
+    folder = find_site(home).home
+    records = select_runs(folder, runs or [])
     if video is not None:
-        from kendama_cli.pipeline.video import video_of_run  # the ray caster
-
-        render.text(f"{video}: {video_of_run(records, video)} images")
+        _make_video(records, video)
         return
     if export is None:
         from kendama_cli.pipeline.report import write_report  # pandas
@@ -188,8 +202,17 @@ def report(
         return
     from kendama_cli.pipeline.report_export import export_report  # matplotlib
 
-    files = export_report(records, export)
+    files = export_report(records, export, folder, width_mm)
     render.text(f"{export}: {len(files)} files")
+
+
+def _make_video(records: list[dict[str, Any]], path: Path) -> None:
+    from kendama_cli.cli.count_progress import counted
+    from kendama_cli.pipeline.video import video_of_run  # the ray caster
+
+    with counted(path.name, "images") as progress:
+        count = video_of_run(records, path, progress)
+    render.text(f"{path}: {count} images")
 
 
 @app.command()

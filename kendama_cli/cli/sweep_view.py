@@ -134,7 +134,8 @@ def show_sweep(records: Sequence[RunRecord], name: str | None = None) -> None:
         render.text(line)
     render.text(f"{len(done)} of {len(records)} runs done{f', {len(failures)} not' if failures else ''}")
     if name is not None:
-        render.text(f"sweep {name}; see it with: kendama runs --table sweep:{name}, or kendama report sweep:{name}")
+        render.text(f"see them with: kendama runs --table sweep:{name}")
+        render.text(f"or as a page:  kendama report sweep:{name}")
 
 
 def failure_lines(records: Sequence[RunRecord]) -> list[str]:

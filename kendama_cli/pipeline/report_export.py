@@ -1,4 +1,4 @@
-"""A report's figures and tables as files; apart from the page, which needs no matplotlib where nothing is plotted."""
+"""A report's figures and tables as files that tell what they show; apart from the page, which plots less."""
 
 from __future__ import annotations
 
@@ -7,39 +7,128 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.pipeline.report import logs_of
-from kendama_cli.pipeline.run_facts import flat
+from kendama_cli.pipeline.run_facts import flat, stage_parts
 from kendama_cli.report.export import Files
+from kendama_cli.report.latex import latex_document
+from kendama_cli.report.methods import Facts, methods_text
 from kendama_cli.report.page import make_report
-from kendama_cli.report.plot import drawn_for_print
+from kendama_cli.report.provenance import Result, readme_text
+from kendama_cli.report.receiver import made_for
+from kendama_cli.report.run_table import DEFAULT, SEED, differing, overrides_of
+from kendama_cli.report.source import StageLog
 from kendama_cli.report.sweep_page import make_sweep_report
 from kendama_cli.store import durable
+from kendama_cli.store.store import Store
+from kendama_cli.version import __version__
 
 
-def export_report(records: Sequence[Mapping[str, Any]], folder: Path) -> list[Path]:
-    """Write the figures of one run, or of several beside each other, and their metrics into ``folder``; which files."""
-    files = Files()
-    with drawn_for_print(files.figure):
+def export_report(
+    records: Sequence[Mapping[str, Any]], folder: Path, home: Path, width_mm: float | None = None
+) -> list[Path]:
+    """Write figures, tables, methods and a README of one run, or of several beside each other, into ``folder``.
+
+    ``home`` holds the runs; ``width_mm`` is the width of every figure. Returns the files.
+    """
+    source = f"{_named(records)}, kendama {__version__}"
+    files = Files(source, str(records[0]["run"]) if len(records) == 1 else _named(records), width_mm)
+    logs = {str(record["run"]): logs_of(record) for record in records}
+    with made_for(files):
         if len(records) == 1:
-            make_report(records[0], logs_of(records[0]))
+            make_report(records[0], logs[str(records[0]["run"])])
         else:
-            make_sweep_report("", [(record, logs_of(record)) for record in records])
-    if len(records) == 1:
-        for stage in records[0]["stages"]:
-            files.metrics(str(stage["name"]), stage["metrics"])
-    else:
-        metrics_of = [_metrics(record) for record in records]
-        names = list(dict.fromkeys(name for metrics in metrics_of for name in metrics))
-        rows = [
-            (record["run"], *(metrics.get(name) for name in names))
-            for record, metrics in zip(records, metrics_of, strict=True)
-        ]
-        files.table("metrics", ("run", *names), rows)
+            make_sweep_report("", [(record, logs[str(record["run"])]) for record in records])
+    _metrics(files, records)
+    facts = _facts(files, records, logs)
+    made = {**files.made, "methods.md": methods_text(records, facts).encode()}
+    names = sorted(name for name in files.shown if f"{name}.tex" in made)
+    made["all.tex"] = latex_document(source, names).encode()
+    made["README.txt"] = readme_text(source, records, _results(Store(home), records), _listed(files)).encode()
     with durable.plain_disk_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    for name, content in files.made.items():
+    for name, content in made.items():
         durable.write_file((folder / name).absolute(), content)
-    return [folder / name for name in sorted(files.made)]
+    return [folder / name for name in sorted(made)]
 
 
-def _metrics(record: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value for one in record["stages"] for key, value in flat(str(one["name"]), one["metrics"]).items()}
+def _named(records: Sequence[Mapping[str, Any]]) -> str:
+    """Return a few words for the runs: their sweep, else their ids."""
+    ids = [str(record["run"]) for record in records]
+    sweeps = {record.get("sweep") for record in records}
+    if len(ids) == 1:
+        made = " ".join(records[0]["overrides"])
+        return f"run {ids[0]} of {records[0]['pipeline']}{f' ({made})' if made else ''}"
+    span = f"{len(ids)} runs {ids[0]} to {ids[-1]}"
+    return f"sweep {sweeps.pop()}, {span}" if len(sweeps) == 1 and None not in sweeps else span
+
+
+def _metrics(files: Files, records: Sequence[Mapping[str, Any]]) -> None:
+    """Make the tables of metrics: of one run a table a stage, of several a row a run with what differs and the seed."""
+    overrides = [overrides_of(record) for record in records]
+    if len(records) == 1:
+        for stage in records[0]["stages"]:
+            files.metrics(str(stage["name"]), stage["metrics"], overrides[0].get(SEED, DEFAULT))
+        return
+    keys = [*differing(overrides), SEED]
+    told = [
+        {key: value for one in record["stages"] for key, value in flat(str(one["name"]), one["metrics"]).items()}
+        for record in records
+    ]
+    names = list(dict.fromkeys(name for metrics in told for name in metrics))
+    rows = [
+        (
+            *(made.get(key, DEFAULT) for key in keys),
+            record["run"],
+            record["outcome"],
+            *(one.get(name) for name in names),
+        )
+        for record, made, one in zip(records, overrides, told, strict=True)
+    ]
+    files.listing("runs", "Metrics of every run", (*keys, "id", "outcome", *names), rows)
+
+
+def _facts(
+    files: Files, records: Sequence[Mapping[str, Any]], logs: Mapping[str, Mapping[str, Path]]
+) -> dict[str, list[Facts]]:
+    """Return settings and metrics of each stage, read from each log once; ``settings.csv`` lists the settings."""
+    facts: dict[str, list[Facts]] = {}
+    rows: list[tuple[Any, ...]] = []
+    read: dict[Path, Facts] = {}
+    for record in records:
+        for stage, path in logs[str(record["run"])].items():
+            if path not in read:
+                log = StageLog(path, ())
+                read[path] = Facts(log.settings, log.metrics)
+            facts.setdefault(stage, []).append(read[path])
+            settings = {
+                key: one for node, value in read[path].settings.items() for key, one in flat(node, value).items()
+            }
+            rows += [(record["run"], stage, key, value) for key, value in settings.items()]
+    files.listing("settings", "Settings of every stage of every run", ("id", "stage", "setting", "value"), rows)
+    return facts
+
+
+def _results(store: Store, records: Sequence[Mapping[str, Any]]) -> list[Result]:
+    """Return the distinct results of the runs."""
+    owners: dict[tuple[str, str], list[str]] = {}
+    stages: dict[tuple[str, str], Mapping[str, Any]] = {}
+    for record in records:
+        for stage in record["stages"]:
+            at = str(stage["name"]), str(stage["key"])
+            owners.setdefault(at, []).append(str(record["run"]))
+            stages[at] = stage
+    found = []
+    for (name, key), stage in stages.items():
+        parts = stage_parts(store, stage)
+        code = durable.sha256(durable.canonical_json(parts["code"]))[:16] if "code" in parts else "not stored any more"
+        path = flat("path", parts.get("config", {}).get("capture", {}).get("path")).get("path", "")
+        artifact = str(stage["artifact"]).rpartition("/")[2] if stage["artifact"] else "none"
+        found.append(Result(name, tuple(owners[name, key]), key, artifact, code, str(path)))
+    return found
+
+
+def _listed(files: Files) -> dict[str, tuple[str, str, list[str]]]:
+    shown = {}
+    for name, caption in files.shown.items():
+        kinds = [kind for kind in ("svg", "pdf", "png", "csv", "txt", "tex") if f"{name}.{kind}" in files.made]
+        shown[name] = (files.stage_of.get(name, ""), caption, kinds)
+    return shown

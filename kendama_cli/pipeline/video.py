@@ -9,14 +9,14 @@ from typing import Any
 from kendama_cli.errors import InputError
 from kendama_cli.log.reader import logged_settings
 from kendama_cli.pipeline.report import logs_of
-from kendama_cli.rendering.video import check_video_name, write_video
+from kendama_cli.rendering.video_file import Progress, check_video_name, write_video
 from kendama_cli.report.chapters import declaration_of, performances
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.report.source import StageLog
 from kendama_cli.settings.game import GameSettings
 
 
-def video_of_run(records: Sequence[Mapping[str, Any]], path: Path) -> int:
+def video_of_run(records: Sequence[Mapping[str, Any]], path: Path, progress: Progress | None = None) -> int:
     """Write the video of a run's first motion with an arm, or else of its first motion; how many images it has.
 
     Raises InputError for several runs, where no log of the one moves a ball, and for a place where no video can be.
@@ -33,7 +33,7 @@ def video_of_run(records: Sequence[Mapping[str, Any]], path: Path) -> int:
             remedy="render a run of adapt, learn or transfer (kendama runs)",
         )
     motion, log = min(found, key=lambda one: one[0].links is None)
-    return write_video(motion, logged_settings(GameSettings, log.settings["game"], "game", log.path), path)
+    return write_video(motion, logged_settings(GameSettings, log.settings["game"], "game", log.path), path, progress)
 
 
 def _motions(record: Mapping[str, Any]) -> list[tuple[Performance, StageLog]]:

@@ -3,31 +3,26 @@
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import groupby
-from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.rendering import kernel_light
 from kendama_cli.rendering.background import Floor
-from kendama_cli.rendering.mesh import LinkMesh, Surface, unit_cylinder, unit_sphere
+from kendama_cli.rendering.mesh import LinkMesh, unit_cylinder, unit_sphere
 from kendama_cli.rendering.moving import SceneSampler, Shot
 from kendama_cli.rendering.raycast import Raycaster
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
-from kendama_cli.rendering.video_writer import h264_video, vp8_video
 from kendama_cli.report.replay.performance import Frames, Performance
 from kendama_cli.robot_model.colours import BALL_RGB, CUP_RGB, Rgb
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import Solid
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings, LightSettings
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.system.processes import process_pool
 from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
 
 WIDTH_PX, HEIGHT_PX, RATE_HZ = 1280, 720, 60.0
@@ -217,77 +212,3 @@ def _srgb() -> NDArray[np.uint8]:
 
 
 _SRGB = _srgb()
-
-
-WRITERS = {".webm": vp8_video, ".mp4": h264_video}
-"""Kinds of video by their name's ending."""
-_AT_ONCE = 8
-"""Pictures of one task: long enough to be worth a message, short enough to keep all processes busy to the end."""
-_maker: VideoMaker | None = None
-
-
-def check_video_name(path: Path) -> None:
-    """Raise InputError for a name that no video can have, or a folder that is not there."""
-    if path.suffix.lower() not in WRITERS:
-        raise InputError(
-            str(path),
-            f"a video ends in {' or '.join(WRITERS)}",
-            remedy=f"name it {path.stem or 'catch'}{next(iter(WRITERS))}",
-        )
-    if not path.absolute().parent.is_dir():
-        raise InputError(str(path), "its folder is not there", remedy="make the folder, or name another one")
-    if path.is_dir():
-        raise InputError(str(path), "it is a folder", remedy="name a file")
-
-
-def write_video(motion: Performance, game: GameSettings, path: Path) -> int:
-    """Render ``motion`` into ``path``, which is replaced only by a whole video; how many images it has.
-
-    Raises InputError where the video cannot be written there, MissingPartError where Embree, or PyAV for .mp4, is not
-    installed.
-    """
-    check_video_name(path)
-    Surface(LinkMesh(*unit_cylinder(3), (0.0, 0.0, 0.0)))  # says here, not in a process, where Embree is missing
-    suffix = path.suffix.lower()
-    unfinished = path.with_name(f".{path.stem}.{os.getpid()}{suffix}")
-    try:
-        try:
-            unfinished.touch()
-        except OSError as error:
-            raise _unwritable(path) from error
-        with WRITERS[suffix](unfinished, RATE_HZ, WIDTH_PX, HEIGHT_PX) as write:
-            count = 0
-            for image in _images(motion, game):
-                write(image)
-                count += 1
-        try:
-            unfinished.replace(path)
-        except OSError as error:
-            raise _unwritable(path) from error
-    finally:
-        unfinished.unlink(missing_ok=True)
-    return count
-
-
-def _images(motion: Performance, game: GameSettings) -> Iterator[NDArray[np.uint8]]:
-    """Yield the video's images in order; each process renders with one thread."""
-    moments = VideoMaker.moments(motion)
-    tasks = [moments[k : k + _AT_ONCE] for k in range(0, len(moments), _AT_ONCE)]
-    with process_pool(_begin, motion, game) as pool:
-        for images in pool.map(_render, tasks):
-            yield from images
-
-
-def _begin(motion: Performance, game: GameSettings) -> None:
-    global _maker  # noqa: PLW0603 - one per process, made when it begins
-    cv2.setNumThreads(1)
-    _maker = VideoMaker(motion, game)
-
-
-def _render(moments: Sequence[tuple[float, float]]) -> list[NDArray[np.uint8]]:
-    assert _maker is not None
-    return [_maker.image(*moment) for moment in moments]
-
-
-def _unwritable(path: Path) -> InputError:
-    return InputError(str(path), "the video cannot be written there", remedy="name a folder that you may write to")

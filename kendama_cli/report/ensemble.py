@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from kendama_cli.report.grid import Cell
+from kendama_cli.report.run_table import DEFAULT as _DEFAULT
+from kendama_cli.report.run_table import SEED as _SEED
+from kendama_cli.report.run_table import differing as _differing
+from kendama_cli.report.run_table import overrides_of
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.tracks import Array
 
 Run = tuple[Mapping[str, Any], Mapping[str, Path]]
 """A run's document (``run``, ``pipeline``, ``overrides``, ``stages``) and its logs by stage."""
-_DEFAULT = "as configured"
-_SEED = "seed"
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,13 @@ class Group:
     label: str
     members: tuple[Member, ...]
     legend: str
+    settings: Mapping[str, str] = field(default_factory=dict)
+    """Values of the overrides that distinguish the groups."""
+
+    def cell(self, note: str = "") -> Cell:
+        """Return the first cell of the group's row in a table."""
+        seeds = " ".join(member.seed for member in self.members if member.seed) or _DEFAULT
+        return Cell(self.label, note, settings={**self.settings, "seeds": seeds})
 
     def figures(self, metric: str) -> Array:
         """Return the metric of every member that has it, in order."""
@@ -78,23 +88,20 @@ def ensemble(runs: Sequence[Run], stage: str, topics: Collection[str]) -> Ensemb
         entries = [entry for entry in document.get("stages", ()) if entry.get("name") == stage]
         if stage not in logs and entries:
             failed.append(_sentence(document, str(entries[0].get("status", "")), entries[0].get("error")))
-    common = {path: _common(_overrides(document) for document, _ in owners) for path, owners in sharing.items()}
-    names = list(dict.fromkeys(name for values in common.values() for name in values if name != _SEED))
-    differing = [name for name in names if len({values.get(name) for values in common.values()}) > 1]
+    common = {path: _common(overrides_of(document) for document, _ in owners) for path, owners in sharing.items()}
+    differing = _differing(list(common.values()))
     members: dict[str, list[Member]] = {}
+    settings: dict[str, dict[str, str]] = {}
     for path, values in common.items():
         label = _label(values, differing)
+        settings[label] = {name: values.get(name, _DEFAULT) for name in differing}
         members.setdefault(label, []).append(Member(values.get(_SEED, ""), StageLog(path, topics)))
     named = f"{differing[0]}=" if len(differing) == 1 else ""
     groups = tuple(
-        Group(label, tuple(found), label if label == _DEFAULT else named + label) for label, found in members.items()
+        Group(label, tuple(found), label if label == _DEFAULT else named + label, settings[label])
+        for label, found in members.items()
     )
     return Ensemble(", ".join(differing), groups, tuple(failed))
-
-
-def _overrides(document: Mapping[str, Any]) -> dict[str, str]:
-    parts = (str(text).partition("=") for text in document.get("overrides", ()))
-    return {key.lstrip("+~"): value for key, _, value in parts}
 
 
 def _common(overrides: Iterable[Mapping[str, str]]) -> dict[str, str]:

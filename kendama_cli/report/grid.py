@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
+from kendama_cli.report.receiver import receiving
 from kendama_cli.report.tables import number
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A figure as text and, smaller, what goes with it."""
+    """A figure as text and, smaller, what goes with it.
+
+    In a file ``values`` are its columns with every digit, by what follows the column's head; ``settings`` stand in
+    columns of their own.
+    """
 
     text: str
     note: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
+    settings: Mapping[str, str] = field(default_factory=dict)
 
 
 EMPTY = Cell("–")
@@ -31,24 +39,40 @@ def quantity(value: float | None, digits: int = 3, unit: str = "") -> str:
 
 def with_interval(value: float, low_high: tuple[float, float] | None) -> Cell:
     """Return a figure and its interval."""
-    return Cell(quantity(value), "" if low_high is None else f"{quantity(low_high[0])} … {quantity(low_high[1])}")
+    note = "" if low_high is None else f"{quantity(low_high[0])} … {quantity(low_high[1])}"
+    return Cell(quantity(value), note, _values(value, low_high))
 
 
-def percent(share: float | None, note: str = "") -> Cell:
-    """Return a share of one as a percentage."""
+def percent(
+    share: float | None, note: str = "", *, between: tuple[float, float] | None = None, digits: int = 0
+) -> Cell:
+    """Return a share of one as a percentage; ``between`` is its interval, which takes the place of ``note``."""
     if share is None:
         return EMPTY
     text = f"{100 * share:.1f}".removesuffix(".0")
-    return Cell(f"{text} %", note)
+    if between is not None:
+        note = f"{100 * between[0]:.{digits}f} … {100 * between[1]:.{digits}f}"
+    return Cell(f"{text} %", note, {**_values(share, between), **({"note": note} if note and not between else {})})
 
 
-def grid(head: Sequence[str], rows: Sequence[Sequence[Cell]], *, foot: Sequence[Cell] = ()) -> str:
-    """Return the table; the first column holds the names of the rows."""
+def _values(value: float, low_high: tuple[float, float] | None) -> dict[str, float]:
+    return {"": value, **({} if low_high is None else {"low": low_high[0], "high": low_high[1]})}
+
+
+def grid(
+    head: Sequence[str], rows: Sequence[Sequence[Cell]], *, name: str, title: str = "", foot: Sequence[Cell] = ()
+) -> str:
+    """Return the table under its ``title``; the first column holds the names of the rows.
+
+    ``name`` is the file's where the report is exported.
+    """
+    if (receiver := receiving()) is not None:
+        receiver.grid(name, title, head, [*rows, *([foot] if foot else [])])
     titles = "".join(f"<th>{html.escape(title)}</th>" for title in head)
     body = "".join(f"<tr>{_cells(row)}</tr>" for row in rows)
     last = f"<tfoot><tr>{_cells(foot)}</tr></tfoot>" if foot else ""
     table = f'<table class="grid"><thead><tr>{titles}</tr></thead><tbody>{body}</tbody>{last}</table>'
-    return f'<div class="wide">{table}</div>'
+    return (f"<h3>{html.escape(title)}</h3>" if title else "") + f'<div class="wide">{table}</div>'
 
 
 def _cells(row: Sequence[Cell]) -> str:

@@ -12,6 +12,7 @@ from kendama_cli.report.chapters import declaration_of, draw, film, performances
 from kendama_cli.report.figure import save_script
 from kendama_cli.report.origin import robot_of
 from kendama_cli.report.page_head import page_head
+from kendama_cli.report.receiver import receiving
 from kendama_cli.report.replay.page_part import replay, scripts
 from kendama_cli.report.source import StageLog, is_number
 from kendama_cli.report.tables import label_and_unit, metrics_table, number, settings_table
@@ -94,7 +95,7 @@ def _replay(declarations: Declarations, sources: Mapping[str, StageLog]) -> str:
         if declaration and name in sources
         for one in performances(declaration, sources[name])
     ]
-    return replay(found) if any("ball" in one.bodies.names for one in found) else ""
+    return replay(found) if receiving() is None and any("ball" in one.bodies.names for one in found) else ""
 
 
 def _headlines(offered: list[tuple[tuple[Headline, ...], StageLog]]) -> list[tuple[Headline, StageLog]]:
@@ -124,6 +125,8 @@ def section(
     name: str, declaration: StageDeclaration | None, stage: Mapping[str, Any], log: StageLog | None, figures: int
 ) -> tuple[str, int]:
     """Return the chapter of one stage, and the number of figures up to its end."""
+    if (receiver := receiving()) is not None:
+        receiver.chapter(name)
     what = html.escape(name)
     title = declaration.title if declaration else name
     parts = [f'<section id="{what}"><header><h2>{html.escape(title)}</h2><span class="what">{what}</span></header>']

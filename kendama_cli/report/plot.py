@@ -5,9 +5,9 @@ from __future__ import annotations
 import html
 import io
 import re
-from collections.abc import Callable, Iterator
+import textwrap
+from collections.abc import Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,8 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from kendama_cli.report.figure import Panel
+from kendama_cli.report.receiver import receiving
 from kendama_cli.report.style import INK, LINE, MUTED, PAPER, VARIABLES
 
 _STYLE: dict[str, Any] = {
@@ -55,24 +57,14 @@ _STYLE: dict[str, Any] = {
 }
 
 _SIZES = ("font.size", "axes.linewidth", "grid.linewidth", "lines.linewidth", "lines.markersize")
-COLUMN_IN, PAGE_IN = 3.46, 7.16
-"""Widths in print of one column and of both, as most journals have them."""
 WIDE_IN = 5.5
-"""Figures that the page draws wider than this take both columns."""
+"""Figures that the page draws wider than this take both columns in print."""
 LEGEND_SHARE = 0.86
 """Of a figure's width a legend over the axes may have so much: the rest is what stands to the left of them."""
-
-_taking: ContextVar[Callable[[str, Canvas], None] | None] = ContextVar("taking", default=None)
-
-
-@contextmanager
-def drawn_for_print(take: Callable[[str, Canvas], None]) -> Iterator[None]:
-    """Make figures in the block as wide as one or two columns; ``take`` is given each one's name and canvas."""
-    before = _taking.set(take)
-    try:
-        yield
-    finally:
-        _taking.reset(before)
+MIN_TEXT = 0.72
+"""Factor below which text, and a figure's height, shrink no further in print: 6 pt."""
+MAX_TEXT = 0.9
+"""Factor above which text does not grow in print: 7.6 pt."""
 
 
 @dataclass
@@ -80,7 +72,12 @@ class Drawing:
     """A canvas that is being drawn on, and the SVG once it is done."""
 
     canvas: Canvas
+    name: str
     svg: str = ""
+
+    def panel(self, title: str) -> Panel:
+        """Return the finished drawing as a panel of a figure."""
+        return Panel(title, self.svg, self.name)
 
     def axes(self, rows: int = 1, *, share_x: bool = False) -> list[Axes]:
         """Return ``rows`` axes under one another."""
@@ -95,21 +92,41 @@ def drawing(name: str, alternative: str, *, height_in: float = 3.0, width_in: fl
     ``name`` must be unique on the page: it salts and prefixes every id. ``alternative`` is read to those who cannot
     see the figure.
     """
-    take = _taking.get()
-    scale = 1.0 if take is None else (COLUMN_IN if width_in <= WIDE_IN else PAGE_IN) / width_in
+    receiver = receiving()
+    scale = 1.0 if receiver is None else receiver.width_in(wide=width_in > WIDE_IN) / width_in
+    tall = max(scale, MIN_TEXT)
+    text = 1.0 if receiver is None else min(tall, MAX_TEXT)
     with mpl.rc_context():
         mpl.rcdefaults()
         parameters: Any = mpl.rcParams
         parameters.update({**_STYLE, "svg.hashsalt": name})
-        parameters.update({size: scale * parameters[size] for size in _SIZES})
+        parameters.update({size: text * parameters[size] for size in _SIZES})
         canvas = Canvas(
-            figsize=(scale * width_in, scale * height_in), layout=ConstrainedLayoutEngine(w_pad=0.03, h_pad=0.03)
+            figsize=(scale * width_in, tall * height_in), layout=ConstrainedLayoutEngine(w_pad=0.03, h_pad=0.03)
         )
-        made = Drawing(canvas)
+        made = Drawing(canvas, name)
         yield made
+        if receiver is not None:
+            _explain(canvas, receiver.source)
         made.svg = _svg(canvas, name, alternative)
-        if take is not None:
-            take(name, canvas)
+        if receiver is not None:
+            receiver.figure(name, canvas)
+
+
+def columns_of(width_in: float, columns: int) -> int:
+    """Return how many of ``columns`` small axes a drawing of ``width_in`` on the page can hold side by side."""
+    receiver = receiving()
+    return columns if receiver is None or receiver.width_in(wide=width_in > WIDE_IN) > WIDE_IN else min(2, columns)
+
+
+def _explain(canvas: Canvas, source: str) -> None:
+    """Add what a figure needs to stand alone: a legend where series have names, and the runs that it shows."""
+    for axes in canvas.axes:
+        labels = axes.get_legend_handles_labels()[1]
+        if len(labels) > 1 and axes.get_legend() is None and not canvas.legends:
+            legend_above(axes)
+    line = textwrap.shorten(source, int(26 * canvas.get_figwidth()), placeholder=" …")
+    canvas.supxlabel(line, x=0.01, ha="left", fontsize=5.0, color=MUTED)
 
 
 def legend_above(axes: Axes, columns: int = 3) -> None:

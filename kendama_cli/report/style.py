@@ -11,9 +11,12 @@ BALL = "#d55e00"
 GOOD = "#009e73"
 EXPLORED = "#e69f00"
 OTHER = "#8a5fa8"
+SKY = "#56b4e9"
+ROSE = "#cc79a7"
+EARTH = "#7f5539"
 
-SERIES = (CUP, BALL, GOOD, OTHER, EXPLORED, MUTED)
-"""Groups that stand side by side, in this order."""
+SERIES = (CUP, BALL, GOOD, OTHER, EXPLORED, SKY, ROSE, MUTED, EARTH)
+"""Groups or joints that stand side by side, in this order: nine that differ, as an arm on a rail has."""
 
 VARIABLES = {
     INK: "--ink",

@@ -14,6 +14,7 @@ from kendama_cli.report.figure import Figure, save_script
 from kendama_cli.report.grid import EMPTY, Cell, grid, quantity
 from kendama_cli.report.origin import robot_of
 from kendama_cli.report.page_head import page_head
+from kendama_cli.report.receiver import receiving
 from kendama_cli.report.tables import label_and_unit, settings_table
 
 _FEW = 3
@@ -24,23 +25,24 @@ def _figures(runs: Ensemble) -> list[Figure]:
     return []
 
 
-def _metrics(runs: Ensemble) -> str:
+def _metrics(runs: Ensemble, stage: str) -> str:
     """Return the median of every number in the metrics, and the range where it differs."""
     names = dict.fromkeys(name for group in runs.groups for member in group.members for name in member.log.metrics)
     shown = [name for name in names if any(len(group.figures(name)) for group in runs.groups)]
     rows = []
     for group in runs.groups:
-        cells = [Cell(group.label), Cell(str(len(group.members)))]
+        cells = [group.cell(), Cell(str(len(group.members)))]
         for name in shown:
             values = group.figures(name)
             note = f"{quantity(values.min())} … {quantity(values.max())}" if len(values) and np.ptp(values) else ""
-            cells.append(Cell(quantity(float(np.median(values))), note) if len(values) else EMPTY)
+            told = {"": float(np.median(values)), "min": values.min(), "max": values.max()} if len(values) else {}
+            cells.append(Cell(quantity(float(np.median(values))), note, told) if len(values) else EMPTY)
         rows.append(cells)
     head = [runs.differs, "logs"]
     for name in shown:
         label, unit = label_and_unit(name)
         head.append(f"{label} [{unit}]" if unit else label)
-    return grid(head, rows)
+    return grid(head, rows, name=f"{stage}-metrics")
 
 
 def make_sweep_report(title: str, runs: Sequence[Run]) -> str:
@@ -73,7 +75,8 @@ def make_sweep_report(title: str, runs: Sequence[Run]) -> str:
 def _chapter(stage: str, entry: Mapping[str, object]) -> EnsembleChapter:
     """Return the stage's own chapter of a comparison, or the table of its metrics."""
     declaration = declaration_of(stage, entry)
-    plain = EnsembleChapter(declaration.title if declaration else stage, "", (), _figures, _metrics)
+    title = declaration.title if declaration else stage
+    plain = EnsembleChapter(title, "", (), _figures, lambda runs: _metrics(runs, stage))
     return ensemble_chapter(declaration) or plain
 
 
@@ -114,6 +117,8 @@ def _result(value: float, words: str, share: bool) -> str:
 
 def _section(stage: str, chapter: EnsembleChapter, found: Ensemble, figures: int) -> tuple[str, int]:
     """Return the chapter of one stage, and the number of figures up to its end."""
+    if (receiver := receiving()) is not None:
+        receiver.chapter(stage)
     what = html.escape(stage)
     parts = [
         f'<section id="{what}"><header><h2>{html.escape(chapter.title)}</h2><span class="what">{what}</span></header>'
@@ -129,7 +134,7 @@ def _section(stage: str, chapter: EnsembleChapter, found: Ensemble, figures: int
         except InputError:
             raise
         except Exception as error:  # as for a chapter of one run: the page goes on
-            drawn, tables = [], f'<p class="notice">{html.escape(undrawn(error))}</p>{_metrics(found)}'
+            drawn, tables = [], f'<p class="notice">{html.escape(undrawn(error))}</p>{_metrics(found, stage)}'
         for shown in drawn:
             figures += 1
             parts.append(shown.html(figures))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from kendama_cli.report.figure import Panel
 from kendama_cli.report.plot import drawing, legend_above
@@ -38,9 +39,16 @@ def reward_panel(rollouts: pd.DataFrame, name: str, label: str, learned: float |
                         label=f"{title}, {'goal reached' if reached else 'failed'}",
                     )
         if (~explored).sum() > 4:
-            axes.plot(index[~explored], running_median(reward[~explored], 10), color=CUP, lw=1.2, alpha=0.8)
+            axes.plot(
+                index[~explored],
+                running_median(reward[~explored], 10),
+                color=CUP,
+                lw=1.2,
+                alpha=0.8,
+                label="_running median, greedy",
+            )
         if learned is not None:
-            axes.axvline(learned, color=INK, lw=0.9, ls=(0, (4, 3)))
+            axes.axvline(learned, color=INK, lw=0.9, ls=(0, (4, 3)), label="_learned")
             axes.annotate(
                 f"learned after {learned:.0f}",
                 (learned, 0.04),
@@ -50,28 +58,32 @@ def reward_panel(rollouts: pd.DataFrame, name: str, label: str, learned: float |
             )
         low, high = min(0.0, float(reward.min())), max(0.0, float(reward.max()))
         axes.set_ylim(low - 0.07 * (high - low + 1), high + 0.07 * (high - low + 1))
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel(label)
         axes.set_ylabel("reward")
         legend_above(axes, columns=4)
-    return Panel("Reward per rollout", made.svg)
+    return made.panel("Reward per rollout")
 
 
-def series_panel(steps: pd.DataFrame, name: str, title: str) -> Panel:
-    """Draw cup position, ball angle and action over time, from SwingState or TransferStep rows."""
+def series_panel(steps: pd.DataFrame, name: str, title: str, catch_s: float | None = None) -> Panel:
+    """Draw cup position, ball angle and action over time, from SwingState or TransferStep rows.
+
+    Times count from ``catch_s`` by the same clock, else from the start.
+    """
     steps = steps.iloc[:: max(1, len(steps) // 800)]
-    t = steps["t_s"].to_numpy(np.float64) - float(steps["t_s"].iloc[0])
+    t = steps["t_s"].to_numpy(np.float64) - (float(steps["t_s"].iloc[0]) if catch_s is None else catch_s)
     angle_deg = np.degrees(np.unwrap(steps["angle_rad"].to_numpy(np.float64)))
     with drawing(name, title, height_in=3.6) as made:
         position, angle, action = made.axes(3, share_x=True)
-        position.plot(t, steps["x_m"], color=CUP)
+        position.plot(t, steps["x_m"], color=CUP, label="cup")
         position.set_ylabel("cup x [m]")
-        angle.plot(t, angle_deg, color=BALL)
+        angle.plot(t, angle_deg, color=BALL, label="ball")
         angle.set_ylabel("ball [°]")
-        action.step(t, steps["action_m_s2"], where="post", color=OTHER, lw=1.1)
+        action.step(t, steps["action_m_s2"], where="post", color=OTHER, lw=1.1, label="action")
         action.set_ylabel("action [m/s²]")
-        action.set_xlabel("time [s]")
+        action.set_xlabel("time [s]" if catch_s is None else "time from the catch [s]")
         made.canvas.align_ylabels()
-    return Panel(title, made.svg)
+    return made.panel(title)
 
 
 def swing_panel(name: str, title: str, paths: tuple[Path2D, Path2D], sizes: Geometry, at_s: float | None) -> Panel:
@@ -80,7 +92,7 @@ def swing_panel(name: str, title: str, paths: tuple[Path2D, Path2D], sizes: Geom
     with drawing(name, f"{title}: path of cup and ball in the swing plane", height_in=3.6) as made:
         axes = made.axes()[0]
         for body, colour, label, size in ((cup, CUP, "cup (tie point)", 3.0), (ball, BALL, "ball", 4.2)):
-            axes.plot(body.x_m, body.z_m, color=colour, lw=1.0, alpha=0.8)
+            axes.plot(body.x_m, body.z_m, color=colour, lw=1.0, alpha=0.8, label=f"_{label}, path")
             marks = body.at(np.arange(body.t_s[0], body.t_s[-1], 0.06))
             axes.plot(marks.x_m, marks.z_m, "o", color=colour, ms=size, mec=PAPER, mew=0.4, label=label)
         instant = cup.at(np.array([cup.t_s[-1] if at_s is None else at_s]))
@@ -89,7 +101,7 @@ def swing_panel(name: str, title: str, paths: tuple[Path2D, Path2D], sizes: Geom
         axes.set_ylabel("z [m]")
         axes.set_aspect("equal", adjustable="datalim")
         legend_above(axes)
-    return Panel(title, made.svg)
+    return made.panel(title)
 
 
 def _draw_cup(axes: Axes, x_m: float, z_m: float, tilt_rad: float, sizes: Geometry) -> None:
@@ -97,4 +109,4 @@ def _draw_cup(axes: Axes, x_m: float, z_m: float, tilt_rad: float, sizes: Geomet
     outline = cup_outline_m(sizes.cup)
     c, s = np.cos(tilt_rad), np.sin(tilt_rad)
     turned = outline @ np.array([[c, -s], [s, c]])
-    axes.plot(x_m + turned[:, 0], z_m + turned[:, 1], color=INK, lw=1.6, solid_joinstyle="round", zorder=4)
+    axes.plot(x_m + turned[:, 0], z_m + turned[:, 1], color=INK, lw=1.6, label="_cup outline", zorder=4)

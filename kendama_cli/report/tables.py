@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 _UNITS = (
+    ("_kg_m3", "kg/m³"),
     ("_m_s2", "m/s²"),
     ("_m_s", "m/s"),
     ("_rad_s", "rad/s"),
@@ -18,6 +19,7 @@ _UNITS = (
     ("_deg", "°"),
     ("_nm", "N m"),
     ("_n", "N"),
+    ("_kg", "kg"),
     ("_m", "m"),
     ("_s", "s"),
 )

@@ -41,17 +41,19 @@ def thumbnails(log: StageLog, stage: str) -> Panel | None:
     picked = np.unique(np.linspace(0, len(images) - 1, _THUMBNAILS).round().astype(int))
     cells: list[str] = []
     total = 0
+    zero_s = float(seen["t_s"].iloc[-1] if len(seen) else images["t_s"].iloc[-1])
     for row in picked:
         image = images.iloc[row]
         total += len(image["data"])
-        if total <= _MOST_IMAGE_BYTES and (cell := _thumbnail(image, seen, near=bool(cells))):
+        if total <= _MOST_IMAGE_BYTES and (cell := _thumbnail(image, seen, zero_s, near=bool(cells))):
             cells.append(cell)
     return Panel(f"Camera “{camera}”", f'<div class="thumbs">{"".join(cells)}</div>') if cells else None
 
 
-def _thumbnail(image: pd.Series, seen: pd.DataFrame, *, near: bool) -> str:
+def _thumbnail(image: pd.Series, seen: pd.DataFrame, zero_s: float, *, near: bool) -> str:
     """Return one camera image with the trail and the circle; ``near`` cuts out the surroundings of the trail.
 
+    Its time counts from ``zero_s``.
     Empty where the image cannot be decoded.
     """
     data = bytes(image["data"])
@@ -60,7 +62,7 @@ def _thumbnail(image: pd.Series, seen: pd.DataFrame, *, near: bool) -> str:
         return ""
     height, width = decoded.shape
     left, top, wide = _cut(seen, width, height) if near and len(seen) else (0.0, 0.0, float(width))
-    marks, caption = "", f"{1e3 * image['t_s']:.0f} ms"
+    marks, caption = "", f"{1e3 * (image['t_s'] - zero_s):.0f} ms".replace("-", "−")
     if len(seen):
         trail = "L".join(f"{u:.1f} {v:.1f}" for u, v in seen[["u_px", "v_px"]].to_numpy(np.float64).tolist())
         marks = f'<path d="M{trail}" fill="none" stroke="{_TRAIL}" stroke-width="{wide / 260:.2f}" opacity=".9"/>'

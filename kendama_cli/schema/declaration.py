@@ -60,6 +60,9 @@ class StageDeclaration:
     report (by the name that ``drawing`` is given) is, and what is good. ``kendama explain``, the report and the pages
     print them. A ``*`` in a name stands for a joint or a camera.
 
+    ``methods`` are sentences of a paper's method section: ``{KEY}`` stands for the value of that setting (from its
+    node on) or metric in a run, with its unit; a sentence with a value that a run lacks is left out of its report.
+
     ``packages`` are further ones whose code counts for its result: see docs/howto/write-a-package.md.
     """
 
@@ -77,6 +80,7 @@ class StageDeclaration:
     replay: str | None = None
     episodes: str | None = None
     headline: tuple[Headline, ...] = field(default=())
+    methods: tuple[str, ...] = ()
     packages: tuple[str, ...] = ()
     brief: str = ""
     metrics: Mapping[str, str] = field(default_factory=dict)

@@ -116,8 +116,8 @@ def test_settings_and_metrics_that_have_no_names_are_refused(
 
 
 def test_a_table_for_latex_has_no_command_that_a_value_brings() -> None:
-    files = Files()
-    files.metrics("encode", {"x": r"\input{/etc/passwd} ^~"})
+    files = Files("run 7", "7")
+    files.metrics("encode", {"x": r"\input{/etc/passwd} ^~"}, "1")
     assert (
         rb"\textbackslash{}input\{/etc/passwd\} \textasciicircum{}\textasciitilde{}" in files.made["encode-metrics.tex"]
     )

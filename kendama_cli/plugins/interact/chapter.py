@@ -31,17 +31,16 @@ def interaction_figures(log: StageLog) -> list[Figure]:
     first = [_scene(log), _force(contact)]
     second = [_friction(log), _deviation(log), _efforts(log.table("/interact/joints", JointStates))]
     error = log.metrics.get("force_error_rms_n")
-    ended = (
-        f" Where the wanted force does not change, they differ by {number(error)} N rms." if error is not None else ""
-    )
+    ended = f" Where the desired force is constant, they differ by {number(error)} N rms." if error is not None else ""
     return [
         *figure(
             lettered(
                 first,
                 [
-                    "Side view of the scene: the tool's path, and where it was in contact. Bodies are grey.",
-                    "What the tool exerted on the bodies along the wanted force, or in all where none is wanted, and"
-                    f" what it should; the steps of the script by name.{ended}",
+                    "Side view of the scene: the tool's path, thick where it was in contact. Bodies are grey, the dot"
+                    " is the start.",
+                    "Force of the tool on the bodies along the desired force (in all, if none is desired), and the"
+                    f" desired force; the script's steps by name.{ended}",
                 ],
             ),
             first,
@@ -50,11 +49,11 @@ def interaction_figures(log: StageLog) -> list[Figure]:
             lettered(
                 second,
                 [
-                    "The contact's force across the wanted one over that along it, while the tool presses: below the"
-                    " dashed line, the friction that was measured, the tool sticks; on it, it slides.",
-                    "Distance of the tool from its reference. Across the force it is what the springs give way under"
-                    " friction; along a wanted force nothing holds the tool to its reference.",
-                    "Torques of the joints, numbered from the base.",
+                    "Lateral over normal contact force while the tool presses: below the dashed line, the measured"
+                    " friction, the tool sticks; on it, it slides.",
+                    "Distance of the tool from its reference. Lateral: the springs yield to friction; along a desired"
+                    " force nothing holds the tool to its reference.",
+                    "Torque of each joint over time.",
                 ],
             ),
             second,
@@ -74,7 +73,7 @@ def _scene(log: StageLog) -> Panel | None:
         if len(contact) == len(tool):
             pressing = contact["body"].to_numpy() != ""
             axes.plot(np.where(pressing, x, np.nan), z, color=BALL, lw=2.6, label="in contact")
-        axes.plot(x[:1], z[:1], "o", color=CUP, ms=4)
+        axes.plot(x[:1], z[:1], "o", color=CUP, ms=4, label="_start")
         axes.margins(0.3, 0.3)
         axes.set_aspect("equal", adjustable="datalim")
         for body in log.settings.get("scene", {}).get("bodies", ()):
@@ -83,7 +82,7 @@ def _scene(log: StageLog) -> Panel | None:
         axes.set_xlabel("x [m]")
         axes.set_ylabel("z [m]")
         legend_above(axes)
-    return Panel("The tool among the bodies", made.svg)
+    return made.panel("The tool among the bodies")
 
 
 def _outline(body: Mapping[str, Any]) -> Array:
@@ -109,7 +108,7 @@ def _force(contact: pd.DataFrame) -> Panel | None:
         return None
     t = contact["t_s"].to_numpy(np.float64)
     wanted, along = (contact[name].to_numpy(np.float64) for name in ("wanted_n", "along_n"))
-    with drawing("interact-force", "Wanted and exerted force over time", height_in=3.6) as made:
+    with drawing("interact-force", "Desired and exerted force over time", height_in=3.6) as made:
         axes = made.axes()[0]
         top = 1.3 * max(float(along.max()), float(wanted.max()), 1.0)
         for index, (start, end, name) in enumerate(_steps(contact)):
@@ -119,13 +118,13 @@ def _force(contact: pd.DataFrame) -> Panel | None:
                 (start + end) / 2, top * 0.99, name, rotation=90, ha="center", va="top", fontsize="small", color=MUTED
             )
         axes.plot(t, along, color=BALL, lw=1.3, label="exerted")
-        axes.plot(t, wanted, color=INK, lw=1.0, ls=(0, (4, 3)), label="wanted")
+        axes.plot(t, wanted, color=INK, lw=1.0, ls=(0, (4, 3)), label="desired")
         axes.set_xlim(0, t[-1])
         axes.set_ylim(min(0.0, 1.1 * float(along.min())), top)
         axes.set_xlabel("time [s]")
         axes.set_ylabel("force [N]")
         legend_above(axes)
-    return Panel("Wanted and exerted force", made.svg)
+    return made.panel("Desired and exerted force")
 
 
 def _steps(contact: pd.DataFrame) -> Iterator[tuple[float, float, str]]:
@@ -152,16 +151,16 @@ def _friction(log: StageLog) -> Panel | None:
         axes = made.axes()[0]
         ratio = np.full(len(t), np.nan)
         ratio[pressing] = across[pressing] / along[pressing]
-        axes.plot(t, ratio, color=BALL, lw=1.1)
+        axes.plot(t, ratio, color=BALL, lw=1.1, label="_force ratio")
         measured = log.metrics.get("friction")
         if isinstance(measured, float):
-            axes.axhline(measured, color=MUTED, lw=0.8, ls=(0, (4, 3)))
+            axes.axhline(measured, color=MUTED, lw=0.8, ls=(0, (4, 3)), label="_friction")
             axes.text(0.1 * t[-1], measured, f"{measured:.2f}", va="center", color=MUTED, **halo())
         axes.set_xlim(0, t[-1])
         axes.set_ylim(bottom=0)
         axes.set_xlabel("time [s]")
-        axes.set_ylabel("force across / along")
-    return Panel("Friction", made.svg)
+        axes.set_ylabel("lateral / normal force")
+    return made.panel("Friction")
 
 
 def _deviation(log: StageLog) -> Panel | None:
@@ -177,7 +176,7 @@ def _deviation(log: StageLog) -> Panel | None:
         axes.set_xlabel("time [s]")
         axes.set_ylabel("tool less reference [mm]")
         legend_above(axes)
-    return Panel("Following the reference", made.svg)
+    return made.panel("Following the reference")
 
 
 def _efforts(joints: pd.DataFrame) -> Panel | None:
@@ -187,8 +186,9 @@ def _efforts(joints: pd.DataFrame) -> Panel | None:
     with drawing("interact-efforts", "Joint torques over time", width_in=3.4, height_in=2.6) as made:
         axes = made.axes()[0]
         for index, name in enumerate(columns):
-            axes.plot(joints["t_s"], joints[name], color=SERIES[index % len(SERIES)], lw=1.0, label=str(index + 1))
+            label = str(name).removesuffix(".effort_nm")
+            axes.plot(joints["t_s"], joints[name], color=SERIES[index % len(SERIES)], lw=1.0, label=label)
         axes.set_xlabel("time [s]")
         axes.set_ylabel("torque [N m]")
-        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=8, handlelength=0.8, columnspacing=0.7)
-    return Panel("Joint torques", made.svg)
+        legend_above(axes, columns=8)
+    return made.panel("Joint torques")

@@ -24,10 +24,11 @@ def figures(log: StageLog) -> list[Figure]:
         lettered(
             panels,
             [
-                "How far the ball crosses the rim's plane from the cup's centre, in our simulation and under the"
-                " referee's chain, on the same way of the cup; filled: caught by the referee; squares: the rope"
-                " hung slack in the swing, where its mass decides. Misses beyond the frame stand at its edge.",
-                "The last second of the game on which the two are farthest apart: the cup, and the ball under either.",
+                "Distance between ball and cup centre at the rim plane in the cross-check's simulation, over that"
+                " in ours, for the same path of the cup: marks on the line agree. Filled: caught in the cross-check;"
+                " squares: the rope hung slack in the swing, where its mass decides. Larger misses stand at the edge.",
+                "The last second of the game in which both simulations differ most, in the swing plane: the cup, and"
+                " the ball in either.",
             ],
         ),
         panels,
@@ -42,7 +43,7 @@ def _misses(games: list[RefereeMessage]) -> Panel:
     edge = min(_MOST_MISS_MM, 1.1 * float(np.nanmax(np.abs([ours, theirs]), initial=20.0)))
     with drawing("referee-misses", "Miss under the referee over our own", height_in=3.6) as made:
         axes = made.axes()[0]
-        axes.plot([-edge, edge], [-edge, edge], color=MUTED, lw=0.7)
+        axes.plot([-edge, edge], [-edge, edge], color=MUTED, lw=0.7, label="_agreement")
         for hung, mark, how in ((~slack, "o", ""), (slack, "s", ", slack in the swing")):
             for which, colour, fill, label in ((caught, GOOD, GOOD, "caught"), (~caught, MUTED, PAPER, "missed")):
                 if (which & hung).any():
@@ -54,7 +55,7 @@ def _misses(games: list[RefereeMessage]) -> Panel:
         axes.set_ylabel("referee's miss [mm]")
         axes.set_aspect("equal")
         legend_above(axes)
-    return Panel("Both misses", made.svg)
+    return made.panel("Both misses")
 
 
 def most_apart(games: list[RefereeMessage]) -> RefereeMessage:
@@ -79,4 +80,4 @@ def _apart(games: list[RefereeMessage]) -> Panel:
         axes.set_ylabel("z [m]")
         axes.set_aspect("equal", adjustable="datalim")
         legend_above(axes, columns=3)
-    return Panel(f"{worst.stage}, game {worst.index}", made.svg)
+    return made.panel(f"{worst.stage}, game {worst.index}")

@@ -84,4 +84,12 @@ STAGE = StageDeclaration(
         "compare-swing": "Chosen swings of each group around the catch, in the swing plane.",
         "compare-repeats": "Misses of the perturbed repeats in each group of a comparison.",
     },
+    methods=(
+        "The primitive was adapted in simulation on the arm {robot.name}: its time scale tau was searched "
+        "over {adapt.tau_range} in steps of {adapt.tau_step}, refined to {adapt.tau_resolution}.",
+        "The game has a rope of {game.rope.length_m}, a ball of {game.ball.mass_kg} and radius "
+        "{game.ball.radius_m}, and a cup of radius {game.cup.radius_m} and depth {game.cup.depth_m}.",
+        "A candidate was evaluated in {adapt.repeats} simulations perturbed by the uncertainty "
+        '"{adapt.uncertainty.name}"; the mode of the catch was "{adapt.catch}".',
+    ),
 )

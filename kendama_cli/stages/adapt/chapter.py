@@ -12,7 +12,7 @@ from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.replay.performance import Performance, performance
 from kendama_cli.report.source import StageLog
-from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, OTHER, PAPER
+from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, OTHER, PAPER, SERIES
 from kendama_cli.report.swing_up_panels import swing_panel
 from kendama_cli.report.tracks import Array, Geometry, catch_time_s, pair
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
@@ -26,9 +26,9 @@ from kendama_cli.stages.adapt.messages import (
 
 _MAX_COST_MM = 500.0
 CAPTION = (
-    "What each rollout of the policy search cost: how far from the planned cup the ball came down, more where it never"
-    " did; the rollouts of a generation are in one perturbed simulation. Bars: the fraction of the repeats after a"
-    " generation, in fresh ones, that were caught; they stop once too many are lost, and do not count as rollouts."
+    "Cost of each rollout of the policy search: distance between ball and planned cup, more if the ball stayed low; it"
+    " must fall. The rollouts of a generation share one perturbed simulation. Bars: fraction of repeats after a"
+    " generation, in fresh simulations, that were caught; they stop once too many are lost and are not rollouts."
 )
 
 
@@ -60,7 +60,7 @@ def policy_search(log: StageLog) -> Panel | None:
             right.set_ylabel("repeats caught [%]", color=INK)
             right.grid(visible=False)
         legend_above(axes)
-    return Panel("The search for the motion's shape", made.svg)
+    return made.panel("The search for the motion's shape")
 
 
 _MOST_MISS_MM = 300.0
@@ -83,21 +83,23 @@ def adaptation_figures(log: StageLog) -> list[Figure]:
     """Return figures of the search and the catch, then of tracking, joint speeds and the perturbed repeats."""
     search = [_search(log), policy_search(log), _catch(log)]
     repeats, caption = _repeats(log)
-    execution = [_tracking(log), _joint_speeds(log.table("/adapt/joints", JointStates)), repeats]
+    catch_s = _catch_s(log)
+    execution = [_tracking(log, catch_s), _joint_speeds(log.table("/adapt/joints", JointStates), catch_s), repeats]
+    visual = log.metrics.get("catch") == "visual"
+    moved = " Visual feedback then moves the cup off its plan to the ball, so the distance grows." if visual else ""
     return [
         *figure(
             lettered(
                 search,
                 [
-                    "How far the ball crosses the rim plane from the cup's centre, over the time scale tau of the"
-                    " movement primitive; one mark per simulated rollout. Shaded: the windows that were found;"
-                    " bars: the centre of a window in perturbed simulations; dashed: the tau that"
-                    " was chosen, with its perturbed repeats as dots; squares: rollouts in which the goal was moved"
-                    " while the ball flew. Misses beyond the frame stand at its edge; crosses: the ball never rose"
-                    " above the rim.",
+                    "Signed distance between ball and cup centre when the ball crosses the rim plane, over the time"
+                    " scale tau; each mark is a simulated rollout. Where the line crosses zero, the ball is caught:"
+                    " shaded windows of tau. Dashes: the centre of a window in perturbed simulations. Dashed line: the"
+                    " chosen tau, its perturbed repeats as dots. Squares: the goal was moved in flight. Crosses: the"
+                    " ball stayed below the rim. Larger misses stand at the edge.",
                     CAPTION,
-                    "The chosen rollout in the swing plane, from 0.9 s before the catch to shortly after it: path of"
-                    " the cup's tie point and of the ball, both every 60 ms, and the cup at the catch.",
+                    "The chosen rollout in the swing plane, from 0.9 s before the catch: the ball swings up, the rope"
+                    " goes slack, and the ball falls into the cup. Marks every 60 ms; the cup is drawn at the catch.",
                 ],
             ),
             search,
@@ -106,8 +108,10 @@ def adaptation_figures(log: StageLog) -> list[Figure]:
             lettered(
                 execution,
                 [
-                    "Distance between the commanded and the driven cup.",
-                    "Joint velocities of the arm during the same rollout.",
+                    "Distance of the cup from the planned swing: while the rope is taut it must be small, so that the"
+                    f" ball flies as planned.{moved}",
+                    "Joint velocities of the arm in the chosen rollout, by joint: where a curve is steep, that joint"
+                    " needs torque.",
                     caption,
                 ],
             ),
@@ -136,11 +140,12 @@ def _search(log: StageLog) -> Panel | None:
     with drawing("adapt-search", "Miss over time scale", height_in=3.6) as made:
         axes = made.axes()[0]
         for window in windows.messages:
-            axes.axvspan(window.low, window.high, color=GOOD, alpha=0.18, lw=0)
-        axes.axhline(0, color=MUTED, lw=0.7)
+            label = "window" if window is windows.messages[0] else ""
+            axes.axvspan(window.low, window.high, color=GOOD, alpha=0.18, lw=0, label=label)
+        axes.axhline(0, color=MUTED, lw=0.7, label="_no miss")
         plain = same & ~moved
         for run in _unbroken(miss_mm[plain]):
-            axes.plot(tau[plain][run], shown[plain][run], color=MUTED, lw=0.8, zorder=1)
+            axes.plot(tau[plain][run], shown[plain][run], color=MUTED, lw=0.8, zorder=1, label="_neighbours")
         marks: tuple[tuple[Any, dict[str, Any]], ...] = (
             (plain & ~known, {"marker": "x", "color": MUTED, "ms": 4, "label": "too low"}),
             (known & plain & ~caught, {"marker": "o", "color": MUTED, "ms": 4.5, "mfc": PAPER, "label": "missed"}),
@@ -164,13 +169,13 @@ def _search(log: StageLog) -> Panel | None:
         if isinstance(chosen, int | float):
             axes.axvline(chosen, color=INK, lw=0.9, ls=(0, (4, 3)), label=f"chosen, {chosen:.4g}")
             if len(repeats):
-                at = np.full(len(repeats), float(chosen))
-                axes.plot(at, np.clip(1e3 * repeats["miss_m"], -edge, edge), ".", color=INK, ms=2.5, alpha=0.5)
+                at, repeated = np.full(len(repeats), float(chosen)), np.clip(1e3 * repeats["miss_m"], -edge, edge)
+                axes.plot(at, repeated, ".", color=INK, ms=2.5, alpha=0.5, label="_repeats")
         axes.set_ylim(-edge * 1.08, edge * 1.08)
         axes.set_xlabel("time scale tau")
         axes.set_ylabel("signed miss [mm]")
         legend_above(axes, columns=4)
-    return Panel("The search for the time scale", made.svg)
+    return made.panel("The search for the time scale")
 
 
 def _unbroken(miss_mm: Array) -> list[slice]:
@@ -192,7 +197,17 @@ def _catch(log: StageLog) -> Panel | None:
     return swing_panel("adapt-catch", "The catch" if t_s is not None else "The rollout", (cup, ball), sizes, t_s)
 
 
-def _tracking(log: StageLog) -> Panel | None:
+def _catch_s(log: StageLog) -> float | None:
+    """Return the time of the catch by the log's clock; None where there is none."""
+    paths = pair(log, "/adapt")
+    return None if paths is None else catch_time_s(*paths, Geometry.of(log).cup)
+
+
+def _time_label(catch_s: float | None) -> str:
+    return "time [s]" if catch_s is None else "time from the catch [s]"
+
+
+def _tracking(log: StageLog, catch_s: float | None) -> Panel | None:
     reference, driven = log.table("/adapt/reference", FrameTransform), log.table("/adapt/cup", FrameTransform)
     if len(reference) < 2 or len(driven) < 2:
         return None
@@ -207,27 +222,29 @@ def _tracking(log: StageLog) -> Panel | None:
         "adapt-tracking", "Distance of the cup from its reference over time", width_in=3.4, height_in=2.6
     ) as made:
         axes = made.axes()[0]
-        axes.plot(t, 1e3 * np.linalg.norm(error, axis=0), color=CUP, lw=1.2)
-        axes.set_xlabel("time [s]")
+        distance_mm = 1e3 * np.linalg.norm(error, axis=0)
+        axes.plot(t - (catch_s or 0.0), distance_mm, color=CUP, lw=1.2, label="cup to its reference")
+        axes.set_xlabel(_time_label(catch_s))
         axes.set_ylabel("distance [mm]")
         axes.set_ylim(bottom=0)
-    return Panel("Following the reference", made.svg)
+    return made.panel("Following the reference")
 
 
-def _joint_speeds(joints: pd.DataFrame) -> Panel | None:
+def _joint_speeds(joints: pd.DataFrame, catch_s: float | None) -> Panel | None:
     columns = [name for name in joints.columns if str(name).endswith(".velocity_rad_s")]
     if not columns:
         return None
     joints = joints.iloc[:: max(1, len(joints) // 600)]
-    shades = [CUP, BALL, GOOD, OTHER, MUTED, INK, "#e69f00", "#56b4e9"]
+    t = joints["t_s"].to_numpy(np.float64) - (catch_s or 0.0)
     with drawing("adapt-joints", "Joint velocities over time", width_in=3.4, height_in=2.6) as made:
         axes = made.axes()[0]
         for number, name in enumerate(columns):
-            axes.plot(joints["t_s"], joints[name], color=shades[number % 8], lw=1.0, label=str(number + 1))
-        axes.set_xlabel("time [s]")
+            label = str(name).removesuffix(".velocity_rad_s")
+            axes.plot(t, joints[name], color=SERIES[number % len(SERIES)], lw=1.0, label=label)
+        axes.set_xlabel(_time_label(catch_s))
         axes.set_ylabel("velocity [rad/s]")
-        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=8, handlelength=0.8, columnspacing=0.7)
-    return Panel("Joint velocities", made.svg)
+        legend_above(axes, columns=8)
+    return made.panel("Joint velocities")
 
 
 def _repeats(log: StageLog) -> tuple[Panel | None, str]:
@@ -255,7 +272,7 @@ def _repeats(log: StageLog) -> tuple[Panel | None, str]:
     low, high = (log.metrics.get(f"success_rate_{end}") for end in ("low", "high"))
     interval = "" if low is None or high is None else f" (95 % interval {low:.3f} to {high:.3f})"
     return (
-        Panel("Perturbed repeats", made.svg),
+        made.panel("Perturbed repeats"),
         f"Repeats with rope, ball, air and arm sampled{sampled}, {caught_how}: {k} of {n} caught{interval}.",
     )
 

@@ -31,12 +31,13 @@ def adaptation_comparison(runs: Ensemble) -> list[Figure]:
         lettered(
             panels,
             [
-                "How far the ball crosses the rim's plane from the cup's centre over the time scale tau: a line for"
-                " every run's search, dashed the tau that it chose. Misses beyond the frame stand at its edge.",
-                "The chosen swing of each group's first run around the catch, in the swing plane and from where the cup"
-                " began: the cup's tie point (thin) and the ball (thick).",
-                "Misses of the perturbed repeats of all runs, sorted; a repeat whose ball never came down counts as the"
-                " largest.",
+                "Signed distance between ball and cup centre at the rim plane over the time scale tau: a line for each"
+                " run's search, dashed the chosen tau. A line that crosses zero slowly tolerates errors of tau. Larger"
+                " misses stand at the edge.",
+                "The chosen swing of each group's first run around the catch, in the swing plane, from the cup's start:"
+                " the cup (thin) and the ball (thick).",
+                "Fraction of perturbed repeats of all runs below a miss: a curve farther left is more precise. A ball"
+                " that never came down counts as the largest miss.",
             ],
         ),
         panels,
@@ -52,15 +53,15 @@ def adaptation_table(runs: Ensemble) -> str:
         fraction = EMPTY
         if len(caught):
             between = success_interval(int(caught.sum()), len(caught))
-            fraction = percent(float(caught.mean()), f"{100 * between.low:.1f} … {100 * between.high:.1f}")
+            fraction = percent(float(caught.mean()), between=(between.low, between.high), digits=1)
         cells = [
             with_interval(float(values.mean()), bootstrap(values, np.mean)) if len(values) else EMPTY
             for values in (tau, rollouts)
         ]
-        rows.append([Cell(group.label), Cell(str(len(group.members))), *cells, Cell(str(len(caught))), fraction])
+        rows.append([group.cell(), Cell(str(len(group.members))), *cells, Cell(str(len(caught))), fraction])
     head = [runs.differs, "logs", "tau", "rollouts", "repeats", "caught"]
     note = "Below means their 95 % bootstrap interval over the runs, below fractions the exact one over all repeats."
-    return f'<h3>What each comes to</h3>{grid(head, rows)}<p class="note">{note}</p>'
+    return f'{grid(head, rows, name="adapt-compared", title="Time scale and catches")}<p class="note">{note}</p>'
 
 
 def _searches(groups: Sequence[Group]) -> Panel | None:
@@ -69,17 +70,19 @@ def _searches(groups: Sequence[Group]) -> Panel | None:
         return None
     with drawing("compare-search", "Miss over the time scale", height_in=3.4) as made:
         axes = made.axes()[0]
-        axes.axhline(0, color=MUTED, lw=0.7)
+        axes.axhline(0, color=MUTED, lw=0.7, label="_no miss")
         for curves, group, colour in zip(found, groups, _colours(groups), strict=True):
             for number, (tau, miss_mm) in enumerate(curves):
-                axes.plot(tau, miss_mm, ".-", color=colour, lw=1.0, ms=3, label="" if number else group.legend)
+                axes.plot(
+                    tau, miss_mm, ".-", color=colour, lw=1.0, ms=3, label=f"_{group.legend}" if number else group.legend
+                )
             for chosen in np.unique(group.figures("tau_scale")):
-                axes.axvline(float(chosen), color=colour, lw=0.9, ls=(0, (4, 3)))
+                axes.axvline(float(chosen), color=colour, lw=0.9, ls=(0, (4, 3)), label=f"_{group.legend}, chosen")
         axes.set_xlabel("time scale tau")
         axes.set_ylabel("signed miss [mm]")
         if len(groups) > 1:
             legend_above(axes, columns=min(3, len(groups)))
-    return Panel("The searches for the time scale", made.svg)
+    return made.panel("The searches for the time scale")
 
 
 def _search(log: StageLog) -> tuple[Array, Array]:
@@ -104,14 +107,14 @@ def _swings(groups: Sequence[Group]) -> Panel | None:
         for paths, group, colour in zip(found, groups, _colours(groups), strict=True):
             if paths:
                 cup, ball = paths
-                axes.plot(cup.x_m, cup.z_m, color=colour, lw=0.9)
+                axes.plot(cup.x_m, cup.z_m, color=colour, lw=0.9, label=f"_{group.legend}, cup")
                 axes.plot(ball.x_m, ball.z_m, color=colour, lw=1.6, label=group.legend)
         axes.set_xlabel("x [m]")
         axes.set_ylabel("z [m]")
         axes.set_aspect("equal", adjustable="datalim")
         if len(groups) > 1:
             legend_above(axes, columns=min(3, len(groups)))
-    return Panel("The chosen swings", made.svg)
+    return made.panel("The chosen swings")
 
 
 def _swing(log: StageLog) -> tuple[Path2D, Path2D] | None:
@@ -137,7 +140,7 @@ def _repeats(groups: Sequence[Group]) -> Panel | None:
         axes.set_ylabel("fraction of repeats")
         if len(groups) > 1:
             legend_above(axes, columns=min(3, len(groups)))
-    return Panel("Perturbed repeats", made.svg)
+    return made.panel("Perturbed repeats")
 
 
 def _misses_mm(log: StageLog) -> Array:

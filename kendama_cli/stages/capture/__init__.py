@@ -33,4 +33,8 @@ STAGE = StageDeclaration(
         "capture-path": "Side view of the cup's path in each demonstration, relative to its start.",
         "capture-time": "Horizontal and vertical coordinate of the cup over time, for each demonstration.",
     },
+    methods=(
+        "Demonstrations are {n_demonstrations} swings of a hand-held cup (origin: {origin}), sampled at "
+        "{sample_rate_hz}.",
+    ),
 )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.origin import swings_of
-from kendama_cli.report.plot import drawing
+from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import CUP
 from kendama_cli.report.tracks import paths_by_child, side_view
@@ -19,25 +21,29 @@ def capture_figures(log: StageLog) -> list[Figure]:
     n = len(tracks)
     with drawing("capture-path", "Path of the hand-held cup, side view", height_in=3.4) as path:
         axes = path.axes()[0]
-        for one in tracks:
-            axes.plot(one.x_m, one.z_m, color=CUP, lw=1.5 if n == 1 else 0.9, alpha=1 if n == 1 else 0.55)
-            axes.plot(one.x_m[:1], one.z_m[:1], "o", color=CUP, ms=3.5)
+        for number, one in enumerate(tracks, 1):
+            look: Any = {"color": CUP, "lw": 1.5 if n == 1 else 0.9, "alpha": 1 if n == 1 else 0.55}
+            axes.plot(one.x_m, one.z_m, label=f"_demonstration {number}", **look)
+        axes.plot([0.0], [0.0], "o", color=CUP, ms=3.5, label="start")
+        legend_above(axes)
         side_view(axes)
     with drawing("capture-time", "Coordinates of the cup over time", height_in=3.4) as time:
         for axes, label in zip(time.axes(2, share_x=True), ("x", "z"), strict=True):
-            for one in tracks:
+            for number, one in enumerate(tracks, 1):
                 values = one.x_m if label == "x" else one.z_m
-                axes.plot(one.t_s - one.t_s[0], values, color=CUP, lw=0.9 if n > 1 else 1.5, alpha=0.55 if n > 1 else 1)
+                axes.plot(one.t_s - one.t_s[0], values, label=f"_demonstration {number}", **look)
             axes.set_ylabel(f"{label} [m]")
         axes.set_xlabel("time [s]")
-    panels: list[Panel | None] = [Panel("Path of the cup", path.svg), Panel("Coordinates over time", time.svg)]
+    panels: list[Panel | None] = [path.panel("Path of the cup"), time.panel("Coordinates over time")]
     one_or_many = "the demonstration" if n == 1 else f"each of the {n} demonstrations"
     return figure(
         lettered(
             panels,
             [
-                f"{swings_of(log.metrics)} Side view of the cup in {one_or_many}, relative to where it begins (dot).",
-                "The horizontal (x) and vertical (z) coordinate over time, in metres and seconds.",
+                f"{swings_of(log.metrics)} Side view of the cup in {one_or_many}, relative to its start."
+                " The cup swings out, back and up; the more the paths agree, the more their average says.",
+                f"Horizontal (x) and vertical (z) position of the cup over time in {one_or_many}. They may differ in"
+                " speed: averaging scales each to one duration.",
             ],
         ),
         panels,

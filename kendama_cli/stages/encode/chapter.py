@@ -7,9 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
-from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.plot import columns_of, drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, MUTED, SERIES
 from kendama_cli.report.tracks import Path2D, direction, paths_by_child, side_view, track
@@ -59,8 +60,8 @@ def _average_figures(log: StageLog) -> list[Figure]:
             axes.set_ylabel(f"{label} [m]")
         axes.set_xlabel("time [s]")
     panels: list[Panel | None] = [
-        Panel("Demonstrated and reproduced path", path.svg),
-        Panel("Coordinates over time", time.svg),
+        path.panel("Demonstrated and reproduced path"),
+        time.panel("Coordinates over time"),
     ]
     n = len(demonstrated)
     average = "the demonstration (grey)," if n == 1 else f"the {n} demonstrations (grey), whose parameters it averages,"
@@ -69,9 +70,9 @@ def _average_figures(log: StageLog) -> list[Figure]:
             *lettered(
                 panels,
                 [
-                    f"Side view: the path that the movement primitive reproduces (blue) over {average}"
-                    " relative to the start.",
-                    "The same over time; positions in metres.",
+                    f"Side view: the cup's path as the movement primitive reproduces it (blue) over {average}"
+                    " relative to the start. Blue must run through the grey bundle.",
+                    f"Position of the cup over time: the primitive (blue) over {average} each from its start.",
                 ],
             ),
             "Compare with Fig. 4 of the paper.",
@@ -86,10 +87,10 @@ def _both(
     shown = list(demonstrated)
     width, strength = (5.0, 0.4) if len(shown) == 1 else (0.9, 0.7)  # one alone shows as a seam under the line
     for number, (x, y) in enumerate(shown):
-        label = "" if number else "demonstrated"
+        label = f"_demonstrated {number + 1}" if number else "demonstrated"
         axes.plot(x, y, color=MUTED, lw=width, alpha=strength, label=label)  # type: ignore[arg-type]
     for number, (x, y) in enumerate(reproduced):
-        axes.plot(x, y, color=CUP, lw=1.6, label="" if number else "reproduced")  # type: ignore[arg-type]
+        axes.plot(x, y, color=CUP, lw=1.6, label=f"_reproduced {number + 1}" if number else "reproduced")  # type: ignore[arg-type]
 
 
 COLUMNS = 4
@@ -112,9 +113,10 @@ def reproduction_figures(demonstrated: Mapping[str, Path2D], own: Mapping[str, P
         lettered(
             panels,
             [
-                "Side view of every demonstration, cut to its motion, and of the primitive fitted to it alone; above "
-                f"each, their distance in the swing plane.{more}",
-                "The distance of each demonstration from its own primitive over time, in millimetres.",
+                "Side view of every demonstration (grey), cut to its motion, and of the primitive fitted to it alone "
+                f"(blue); above each, their distance in the swing plane. Blue must cover grey.{more}",
+                "Distance of each demonstration from its own primitive over time, one line each. A peak shows where "
+                "the basis functions are too few.",
             ],
         ),
         panels,
@@ -123,7 +125,8 @@ def reproduction_figures(demonstrated: Mapping[str, Path2D], own: Mapping[str, P
 
 
 def _side_by_side(demonstrated: Mapping[str, Path2D], own: Mapping[str, Path2D], names: Sequence[str]) -> Panel:
-    rows, columns = -(-len(names) // COLUMNS), min(COLUMNS, len(names))
+    columns = min(columns_of(9.6, COLUMNS), len(names))
+    rows = -(-len(names) // columns)
     title, height_in = "Each demonstration (grey) and its own primitive (blue)", 1.75 * rows + 0.3
     with drawing("encode-own", title, height_in=height_in, width_in=9.6) as made:
         grid = made.canvas.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
@@ -131,18 +134,18 @@ def _side_by_side(demonstrated: Mapping[str, Path2D], own: Mapping[str, Path2D],
             axes.set_axis_off()
         for number, (axes, name) in enumerate(zip(grid.flat, names, strict=False)):
             there, played = demonstrated[name], own[name]
-            axes.plot(there.x_m, there.z_m, color=MUTED, lw=4.0, alpha=0.4)
-            axes.plot(played.x_m, played.z_m, color=CUP, lw=1.1)
+            axes.plot(there.x_m, there.z_m, color=MUTED, lw=4.0, alpha=0.4, label="_demonstrated")
+            axes.plot(played.x_m, played.z_m, color=CUP, lw=1.1, label="_own primitive")
             apart = _distance_mm(there, played)
             deviation = f"{name}: {np.sqrt(np.mean(apart**2)):.2f} mm rms, {apart.max():.2f} at most"
-            axes.set_title(deviation, loc="left", fontsize=7.2)
+            axes.set_title(deviation, loc="left", fontsize="small")
             axes.set_aspect("equal", adjustable="box")
             if number % columns == 0:
                 axes.set_ylabel("z [m]")
             if number + columns >= len(names):
                 axes.set_xlabel("x [m]")
                 axes.xaxis.set_tick_params(labelbottom=True)
-    return Panel(title, made.svg)
+    return made.panel(title)
 
 
 def _distances(demonstrated: Mapping[str, Path2D], own: Mapping[str, Path2D], names: Sequence[str]) -> Panel:
@@ -153,11 +156,18 @@ def _distances(demonstrated: Mapping[str, Path2D], own: Mapping[str, Path2D], na
             there = demonstrated[name]
             colour = SERIES[number % len(SERIES)] if len(names) <= len(SERIES) else CUP
             strength = 0.85 if len(names) < 4 else 0.55
-            axes.plot(there.t_s - there.t_s[0], _distance_mm(there, own[name]), color=colour, lw=1.0, alpha=strength)
+            axes.plot(
+                there.t_s - there.t_s[0],
+                _distance_mm(there, own[name]),
+                color=colour,
+                lw=1.0,
+                alpha=strength,
+                label=f"_{name}",
+            )
         axes.set_ylim(bottom=0)
         axes.set_ylabel("distance [mm]")
         axes.set_xlabel("time [s]")
-    return Panel(title, made.svg)
+    return made.panel(title)
 
 
 def weight_figures(log: StageLog) -> list[Figure]:
@@ -172,22 +182,23 @@ def weight_figures(log: StageLog) -> list[Figure]:
             part = table[table["coordinate"] == coordinate]
             alone = _rows(part[part["demonstration"] != "reproduced"])
             for number, values in enumerate(alone if len(alone) > 1 else []):
-                label = "" if number else "one demonstration"
+                label = f"_demonstration {number + 1}" if number else "one demonstration"
                 axes.plot(values, ".-", color=MUTED, lw=0.7, ms=3, alpha=0.6, label=label)
             for values in _rows(part[part["demonstration"] == "reproduced"]):
                 axes.plot(values, "o-", color=BALL, lw=1.3, ms=3.2, label="result")
             axes.set_ylabel(f"w, {coordinate} [m]")
-            axes.axhline(0, color=MUTED, lw=0.6)
+            axes.axhline(0, color=MUTED, lw=0.6, label="_zero")
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
             if coordinate == coordinates[0]:
                 legend_above(axes)
-        axes.set_xlabel("basis function, in the order of time")
+        axes.set_xlabel("number of the basis function, in order of time")
         axes.set_xlim(-0.5, max(len(values) for values in table["values"]) - 0.5)
     return figure(
         [
-            "The weights of the basis functions, of each coordinate: vermilion, of the primitive that is the result; "
-            "grey, where there are several, of each demonstration. Where the grey lines lie together, they agree."
+            "Weight of each basis function, by coordinate: of the resulting primitive (vermilion) and of each "
+            "demonstration (grey), if there are several. Where the grey lines lie together, the demonstrations agree."
         ],
-        [Panel("Weights", made.svg)],
+        [made.panel("Weights")],
         columns=1,
     )
 

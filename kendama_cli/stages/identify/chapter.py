@@ -6,7 +6,7 @@ import numpy as np
 
 from kendama_cli.motion.sampling import columns_at
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
-from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.plot import columns_of, drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, GOOD, INK, MUTED
 from kendama_cli.report.tracks import Array
@@ -29,9 +29,10 @@ def identification_figures(log: StageLog) -> list[Figure]:
     return [
         *figure(
             [
-                "Torque of each joint that neither rigid bodies, tool nor known friction explain, over its velocity,"
-                " in a motion that neither model was fitted to: measured (dots), the parametric model of Coulomb,"
-                " Stribeck and viscous friction, and the two-layer network."
+                "Friction torque of each joint over its velocity, in a motion that neither model was fitted to."
+                " Dots: measured, what rigid bodies, tool and known friction do not explain. Lines: the parametric"
+                " model of Coulomb, Stribeck and viscous friction, and the two-layer network. The better model runs"
+                " through the dots."
             ],
             [friction],
             columns=1,
@@ -40,10 +41,10 @@ def identification_figures(log: StageLog) -> list[Figure]:
             lettered(
                 tracking,
                 [
-                    f"The cup on a circle in the swing plane{at}, its distance from where it was meant to be"
-                    f" shown {ENLARGED} times as large.",
-                    f"The same distance over time{before}{after}. The drive's own delay, the same for both, is taken"
-                    " off.",
+                    f"Path of the cup on a circle in the swing plane{at}; its tracking error is drawn {ENLARGED} times"
+                    " as large. With compensation the path must lie nearer to the reference.",
+                    f"Tracking error of the cup over time{before}{after}. The drive's own delay, the same for both, is"
+                    " subtracted.",
                 ],
             ),
             tracking,
@@ -64,11 +65,12 @@ def _friction(log: StageLog) -> Panel | None:
     chain = [str(column).removesuffix(".position_rad") for column in log.table("/identify/joints", JointStates).columns]
     joints = sorted(set(samples["joint"]), key=lambda name: (chain.index(name) if name in chain else 0, name))
     joints = joints[:_MOST_JOINTS]
-    rows = -(-len(joints) // _COLUMNS)
+    columns = min(columns_of(9.6, _COLUMNS), len(joints))
+    rows = -(-len(joints) // columns)
     with drawing(
         "identify-friction", "Friction torque over velocity, per joint", height_in=0.5 + 1.9 * rows, width_in=9.6
     ) as made:
-        grid = made.canvas.subplots(rows, min(_COLUMNS, len(joints)), squeeze=False)
+        grid = made.canvas.subplots(rows, columns, squeeze=False)
         for axes, joint in zip(grid.flat, joints, strict=False):
             shown = samples[samples["joint"] == joint].sort_values("velocity_rad_s")
             speed = shown["velocity_rad_s"].to_numpy(np.float64)
@@ -79,8 +81,8 @@ def _friction(log: StageLog) -> Panel | None:
                 label = f"{name} (chosen)" if name == chosen else name
                 for part in (speed < 0, speed > 0):  # no line across the reversal, where nothing was measured
                     axes.plot(speed[part], values[part], style, color=colour, lw=1.4, label=label)
-                    label = "_"
-            axes.axhline(0.0, color=INK, lw=0.5)
+                    label = f"_{name}"
+            axes.axhline(0.0, color=INK, lw=0.5, label="_zero")
             low, high = np.quantile(torque, [0.01, 0.99])
             margin = 0.3 * max(high - low, 1e-3)
             axes.set_ylim(low - margin, high + margin)
@@ -93,7 +95,7 @@ def _friction(log: StageLog) -> Panel | None:
             axes.set_xlabel("velocity [rad/s]")
         handles, labels = grid.flat[0].get_legend_handles_labels()
         made.canvas.legend(handles, labels, loc="outside upper left", ncols=3)
-    return Panel("Friction that the controller does not know", made.svg)
+    return made.panel("Friction that the controller does not know")
 
 
 def _paths(log: StageLog) -> dict[str, tuple[Array, Array]]:
@@ -117,7 +119,7 @@ def _circle(log: StageLog) -> Panel | None:
     home = desired[1][0]
     with drawing("identify-circle", "Path of the cup in the swing plane, errors enlarged", height_in=3.6) as made:
         axes = made.axes()[0]
-        axes.plot(*(1e3 * (desired[1] - home)[:, [0, 2]]).T, color=MUTED, lw=1.0, label="meant")
+        axes.plot(*(1e3 * (desired[1] - home)[:, [0, 2]]).T, color=MUTED, lw=1.0, label="reference")
         for name, colour in (("before", BALL), ("after", GOOD)):
             if name in paths:
                 meant = columns_at(paths[name][0], *desired)
@@ -127,7 +129,7 @@ def _circle(log: StageLog) -> Panel | None:
         axes.set_ylabel("z [mm]")
         axes.set_aspect("equal", adjustable="datalim")
         legend_above(axes)
-    return Panel("The cup on its circle", made.svg)
+    return made.panel("The cup on its circle")
 
 
 def _misses(log: StageLog) -> Panel | None:
@@ -142,7 +144,7 @@ def _misses(log: StageLog) -> Panel | None:
                 miss = np.linalg.norm(reached - columns_at(t_s, *paths["reference"]), axis=1)
                 axes.plot(t_s, 1e3 * miss, color=colour, lw=1.1, label=name)
         axes.set_xlabel("time [s]")
-        axes.set_ylabel("cup off its reference [mm]")
+        axes.set_ylabel("tracking error [mm]")
         axes.set_ylim(bottom=0)
         legend_above(axes)
-    return Panel("How far the cup is off", made.svg)
+    return made.panel("Tracking error of the cup")

@@ -66,4 +66,19 @@ STAGE = StageDeclaration(
         "sweep-swings": "Number of half-swings to the goal, one mark a seed.",
         "sweep-times": "Time to the goal, one mark a seed, beside the best that a search found.",
     },
+    methods=(
+        'The swing-up was learned from nothing with the learner "{learn.learner.kind}" in the simulation '
+        'engine "{learn.engine.kind}".',
+        "The learning rate was {learn.alpha}, the discount {learn.gamma} and the trace decay {learn.trace_decay}.",
+        "The actions were accelerations of the cup of {learn.actions_m_s2}, held for {learn.decision.min_s} "
+        "to {learn.decision.max_s}.",
+        'Exploration was "{learn.exploration.kind}", with epsilon = {learn.exploration.epsilon} that decays '
+        "over {learn.exploration.decay_rollouts} rollouts.",
+        "A rollout took at most {learn.rollout_s}; the reward was {learn.reward.goal} for the goal, "
+        "{learn.reward.outside} for leaving the workspace and {learn.reward.timeout} for running out of "
+        "time.",
+        "Learning counted as solved after {learn.count.solved_streak} greedy successes in a row, at most "
+        "{learn.count.max_rollouts} rollouts were run, and the frozen policy was evaluated in "
+        "{learn.count.evaluation_rollouts} rollouts.",
+    ),
 )

@@ -32,10 +32,10 @@ def swingup_figures(log: StageLog) -> list[Figure]:
     return [
         *figure(
             [
-                "Reward of every rollout of the learning. Explored: driven by a random harmonic trajectory; greedy: by"
-                " the policy as it stood; filled: success. Line: running median of the greedy rollouts over 21 of them."
-                " From ten successes in a row on, the policy is frozen, until it fails or is solved. Compare with Fig."
-                " 5 of the paper."
+                "Reward of every rollout: exploring rollouts follow a random harmonic motion, greedy ones the policy"
+                " so far; filled marks reached the goal. Learning has succeeded where filled circles stay at the top."
+                " Line: median of 21 greedy rollouts. After ten successes in a row the policy is frozen until it fails"
+                " or is solved. Compare with Fig. 5 of the paper."
             ],
             learning,
             columns=1,
@@ -45,10 +45,11 @@ def swingup_figures(log: StageLog) -> list[Figure]:
                 *lettered(
                     trajectory,
                     [
-                        "The learned swing-up, one rollout of the frozen table without noise: ball and cup in the swing"
-                        " plane, a mark every 60 ms, the cup drawn where the swing-up ends.",
-                        "The same over time: position of the cup, angle of the ball (0: hanging, ±180: above the cup)"
-                        " and the acceleration that the table chose.",
+                        "The learned swing-up in the swing plane, one rollout of the frozen table without noise: each"
+                        " half-swing carries the ball higher, until it flies into the cup. Marks every 60 ms; the cup"
+                        " is drawn at the end.",
+                        "The learned swing-up over time: position of the cup, angle of the ball (0 hanging, ±180 above"
+                        " the cup) and the acceleration that the table chose.",
                     ],
                 ),
                 "Compare with Fig. 6 of the paper.",
@@ -59,10 +60,10 @@ def swingup_figures(log: StageLog) -> list[Figure]:
             lettered(
                 [film, table],
                 [
-                    "The same rollout as a video.",
-                    "What the table would do: the acceleration with the maximum Q for every state. Angle of the ball"
-                    " from left to right; every block holds cup position and cup velocity fixed, and the ball's rate"
-                    " rises over its lines. Grey: states in which all actions are still alike.",
+                    "The learned swing-up as an animation.",
+                    "Greedy action of the learned table: the acceleration with the largest Q in every state. Ball angle"
+                    " from left to right; each block is a bin of cup position and velocity, and the ball's angular"
+                    " velocity rises over its rows. Grey: states never learned, all actions equal.",
                 ],
             ),
             [film, table],
@@ -84,7 +85,9 @@ def _film(log: StageLog) -> Panel | None:
     paths = pair(log, "/learn")
     if paths is None:
         return None
-    return Panel("Film of the swing-up", player("learn-film", *paths, Geometry.of(log), poster_s=None, autoplay=False))
+    return Panel(
+        "Animation of the swing-up", player("learn-film", *paths, Geometry.of(log), poster_s=None, autoplay=False)
+    )
 
 
 def _series(steps: pd.DataFrame) -> Panel | None:
@@ -132,7 +135,7 @@ def _table(log: StageLog) -> Panel | None:
             extent=(left, left + 360, 0, len(best)),
         )
         for line in range(rates, len(best), rates):
-            axes.axhline(line, color=PAPER, lw=1.4 if line % (rates * velocities) else 3.0)
+            axes.axhline(line, color=PAPER, label="_border", lw=1.4 if line % (rates * velocities) else 3.0)
         centers = [rates * (block + 0.5) for block in range(positions * velocities)]
         names = [f"x{block // velocities + 1}, v{block % velocities + 1}" for block in range(positions * velocities)]
         axes.set_yticks(centers, names)
@@ -146,7 +149,7 @@ def _table(log: StageLog) -> Panel | None:
         )
         bar.set_label("acceleration [m/s²]", color=INK)
         bar.outline.set_edgecolor(MUTED)
-    return Panel(f"The table after {last.rollout} rollouts", made.svg)
+    return made.panel(f"The table after {last.rollout} rollouts")
 
 
 def replay(log: StageLog) -> list[Performance]:

@@ -37,11 +37,13 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
             lettered(
                 learning,
                 [
-                    "Reward per rollout: interquartile mean over the seeds, and its 95 % interval (bootstrap); on a"
-                    f" logarithmic axis of the means over at most {_STEPS} even steps."
-                    f" A run that has ended continues with the median of its last {_TAIL} greedy rollouts."
-                    " From ten successes in a row on, a policy is frozen, until it fails or is solved.",
-                    "Fraction of seeds that are solved after so many rollouts; an unsolved seed stays at the cap.",
+                    "Reward per rollout: interquartile mean over the seeds with its 95 % bootstrap interval; a curve"
+                    " that rises sooner learns faster; where bands overlap, the difference may be chance. On a"
+                    f" logarithmic axis, means over at most {_STEPS} even steps. A finished run continues with the"
+                    f" median of its last {_TAIL} greedy rollouts. After ten successes in a row a policy is frozen"
+                    " until it fails or is solved.",
+                    "Fraction of seeds solved after so many rollouts: a curve farther left learns faster, one that ends"
+                    " below 100 % has unsolved seeds. Counted up to the first of the successes in a row that solve it.",
                 ],
             ),
             learning,
@@ -50,10 +52,11 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
             lettered(
                 frozen,
                 [
-                    "Performance profile: fraction of fresh noisy rollouts of the frozen policy that end in the cup,"
-                    " over all seeds from the worst to the best.",
-                    "Half-swings: median of the frozen policy's successes, over the seeds.",
-                    "Time to the release in the same way. Dashed: the soonest that a search without noise found.",
+                    "Fraction of noisy rollouts of each frozen policy that end in the cup, seeds from the worst to the"
+                    " best: a flat line at 100 % is a reliable method.",
+                    "Half-swings that the frozen policy needs (median of its successes), by seed: fewer are better.",
+                    "Time to the release of the frozen policy (median of its successes), by seed. Dashed: the soonest"
+                    " that a search without noise found.",
                 ],
             ),
             frozen,
@@ -76,7 +79,7 @@ def _rewards(groups: Sequence[Group]) -> Panel | None:
                 matrix = np.array([_carried_on(reward, shown) for reward in found])
                 index, matrix = _even_steps(matrix) if shown > _LONG else (np.arange(1.0, shown + 1), matrix)
                 low, high = bootstrap_curve(matrix, interquartile_mean)
-                axes.fill_between(index, low, high, color=colour, alpha=0.16, lw=0)
+                axes.fill_between(index, low, high, color=colour, alpha=0.16, lw=0, label=f"_{group.legend}, 95 %")
                 axes.plot(index, interquartile_mean(matrix, axis=0), color=colour, lw=1.5, label=group.legend)
         axes.set_xlabel("rollout")
         axes.set_ylabel("reward")
@@ -88,7 +91,7 @@ def _rewards(groups: Sequence[Group]) -> Panel | None:
             axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlim(1, shown)
         _legend(axes, groups)
-    return Panel("Reward per rollout", made.svg)
+    return made.panel("Reward per rollout")
 
 
 def _reward(log: StageLog) -> Array:
@@ -145,7 +148,7 @@ def _learned(groups: Sequence[Group]) -> Panel | None:
         axes.set_xlabel("rollouts to solved")
         axes.set_ylabel("seeds solved")
         _legend(axes, groups)
-    return Panel("Rollouts to solved", made.svg)
+    return made.panel("Rollouts to solved")
 
 
 def _frozen(groups: Sequence[Group]) -> Panel | None:
@@ -154,16 +157,17 @@ def _frozen(groups: Sequence[Group]) -> Panel | None:
         return None
     with drawing("sweep-frozen", "Catches of the frozen policies", height_in=2.6, width_in=3.4) as made:
         axes = made.axes()[0]
-        for rates, colour in zip(found, _colours(groups), strict=True):
+        for rates, group, colour in zip(found, groups, _colours(groups), strict=True):
             fraction = (np.arange(len(rates)) + 0.5) / max(1, len(rates))
-            axes.plot(fraction, rates, ".-", color=colour, lw=1.0, ms=3.5)
+            axes.plot(fraction, rates, ".-", color=colour, lw=1.0, ms=3.5, label=group.legend)
         lowest = min(float(rates.min()) for rates in found if len(rates))
         axes.set_ylim(min(0.9, lowest - 0.02), 1.005)
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-        axes.set_xlabel("seeds")
+        axes.set_xlabel("seeds, from worst to best")
         axes.set_ylabel("caught")
-    return Panel("Frozen policies", made.svg)
+        _legend(axes, groups)
+    return made.panel("Frozen policies")
 
 
 def _swings(groups: Sequence[Group]) -> Panel | None:
@@ -173,9 +177,10 @@ def _swings(groups: Sequence[Group]) -> Panel | None:
     with drawing("sweep-swings", "Half-swings to the goal", height_in=2.6, width_in=3.4) as made:
         axes = made.axes()[0]
         width = 0.8 / len(groups)
-        for row, (swings, colour) in enumerate(zip(found, _colours(groups), strict=True)):
+        for row, (swings, group, colour) in enumerate(zip(found, groups, _colours(groups), strict=True)):
             kinds, counts = np.unique(np.round(swings), return_counts=True)
-            axes.bar(kinds + width * (row - (len(groups) - 1) / 2), counts, 0.9 * width, color=colour, lw=0)
+            at = kinds + width * (row - (len(groups) - 1) / 2)
+            axes.bar(at, counts, 0.9 * width, color=colour, lw=0, label=group.legend)
         rounded = np.round(np.concatenate(found))
         axes.set_xlim(rounded.min() - 1.5, rounded.max() + 1.5)
         axes.xaxis.set_major_locator(MultipleLocator(1))
@@ -183,7 +188,8 @@ def _swings(groups: Sequence[Group]) -> Panel | None:
         axes.grid(visible=False, axis="x")
         axes.set_xlabel("half-swings")
         axes.set_ylabel("seeds")
-    return Panel("Half-swings to the goal", made.svg)
+        _legend(axes, groups)
+    return made.panel("Half-swings to the goal")
 
 
 def _times(groups: Sequence[Group]) -> Panel | None:
@@ -196,15 +202,17 @@ def _times(groups: Sequence[Group]) -> Panel | None:
     edges = np.linspace(low - 0.02, high + 0.02, 25).tolist()
     with drawing("sweep-times", "Time to the goal", height_in=2.6, width_in=3.4) as made:
         axes = made.axes()[0]
-        for times, colour in zip(found, _colours(groups), strict=True):
-            axes.hist(times, edges, color=colour, alpha=0.25 if len(groups) > 1 else 0.75, lw=0)
-            axes.hist(times, edges, color=colour, histtype="step", lw=1.1)
+        for times, group, colour in zip(found, groups, _colours(groups), strict=True):
+            alpha = 0.25 if len(groups) > 1 else 0.75
+            axes.hist(times, edges, color=colour, alpha=alpha, lw=0, label=f"_{group.legend}")
+            axes.hist(times, edges, color=colour, histtype="step", lw=1.1, label=group.legend)
         for bound in sorted(set(bounds)):
-            axes.axvline(bound, color=INK, lw=0.9, ls=(0, (4, 3)))
+            axes.axvline(bound, color=INK, lw=0.9, ls=(0, (4, 3)), label="_soonest by search")
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("time to the goal [s]")
         axes.set_ylabel("seeds")
-    return Panel("Time to the goal", made.svg)
+        _legend(axes, groups)
+    return made.panel("Time to the goal")
 
 
 def _colours(groups: Sequence[Group]) -> list[str]:

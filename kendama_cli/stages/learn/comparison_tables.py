@@ -21,17 +21,18 @@ def learning_tables(runs: Ensemble) -> str:
         return ""
     head = [runs.differs or "", "seeds", "unsolved", *(f"to solved, {name}" for name, _ in _STATISTICS)]
     head += ["to ten in a row, mean", "random"]
-    parts = ["<h3>Rollouts to solved</h3>", grid(head, [_counts(group) for group in groups])]
+    parts = [grid(head, [_counts(group) for group in groups], name="learn-solved", title="Rollouts to solved")]
     unsolved = [sentence for group in groups if (sentence := _unsolved(group, runs.differs))]
     parts.append(f'<p class="note">{" ".join(unsolved) or "Every seed is solved."} {_RULE}</p>')
     if len(groups) > 1:
         reference, *others = groups
         names = [f"ratio of {name}s" if name != "90 %" else "ratio of 90 % quantiles" for name, _ in _STATISTICS]
-        parts.append(f"<h3>Against {html.escape(reference.label)}</h3>")
-        parts.append(grid([runs.differs, *names, "difference"], [_ratios(group, reference) for group in others]))
+        rows = [_ratios(group, reference) for group in others]
+        title = f"Against {reference.label}"
+        parts.append(grid([runs.differs, *names, "difference"], rows, name="learn-ratios", title=title))
     head = [runs.differs or "", "caught", "worst seed", "half-swings", "time to release"]
     head += ["soonest found by search", "peak displacement"]
-    parts += ["<h3>The frozen policies</h3>", grid(head, [_quality(group) for group in groups])]
+    parts.append(grid(head, [_quality(group) for group in groups], name="learn-frozen", title="The frozen policies"))
     return "".join(parts)
 
 
@@ -48,7 +49,7 @@ def _counts(group: Group) -> list[Cell]:
     cells = [with_interval(float(figure(values, axis=0)), bootstrap(values, figure)) for _, figure in _STATISTICS]
     early = with_interval(float(first.mean()), bootstrap(first, np.mean)) if len(first) else EMPTY
     by_chance = percent(float(chance.mean())) if len(chance) else EMPTY
-    return [Cell(group.label), Cell(str(len(values))), Cell(str(len(_failed(group)))), *cells, early, by_chance]
+    return [group.cell(), Cell(str(len(values))), Cell(str(len(_failed(group)))), *cells, early, by_chance]
 
 
 def _ratios(group: Group, reference: Group) -> list[Cell]:
@@ -59,7 +60,7 @@ def _ratios(group: Group, reference: Group) -> list[Cell]:
         cells.append(with_interval(ratio, bootstrap_ratio(values, others, statistic)))
     between = bootstrap_ratio(values, others, np.mean)
     stands = between is not None and not between[0] <= 1.0 <= between[1]
-    return [Cell(group.label), *cells, Cell("stands" if stands else "noise")]
+    return [group.cell(), *cells, Cell("stands" if stands else "noise")]
 
 
 def _failed(group: Group) -> list[str]:
@@ -81,18 +82,18 @@ def _quality(group: Group) -> list[Cell]:
     soonest, peak = group.figures("best_found_s"), group.figures("peak_displacement_m")
     medians = {name: _median(group.figures(name)) for name in ("half_swings", "time_to_goal_s")}
     return [
-        Cell(group.label),
-        percent(float(caught.mean()), _span(bootstrap(caught, np.mean))) if len(caught) else EMPTY,
+        group.cell(),
+        percent(float(caught.mean()), between=bootstrap(caught, np.mean), digits=1) if len(caught) else EMPTY,
         EMPTY if worst is None else percent(worst[0], f"seed {worst[1]}" if worst[1] else ""),
-        Cell(quantity(medians["half_swings"])),
-        Cell(quantity(medians["time_to_goal_s"], unit="s")),
-        Cell(quantity(_median(soonest), unit="s")),
-        Cell(quantity(float(peak.max()) if len(peak) else None, unit="m")),
+        _cell(medians["half_swings"]),
+        _cell(medians["time_to_goal_s"], "s"),
+        _cell(_median(soonest), "s"),
+        _cell(float(peak.max()) if len(peak) else None, "m"),
     ]
 
 
-def _span(low_high: tuple[float, float] | None) -> str:
-    return "" if low_high is None else f"{100 * low_high[0]:.1f} … {100 * low_high[1]:.1f}"
+def _cell(value: float | None, unit: str = "") -> Cell:
+    return Cell(quantity(value, unit=unit), values={f"[{unit}]" if unit else "": value})
 
 
 def _median(values: Array) -> float | None:

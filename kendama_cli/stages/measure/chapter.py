@@ -22,20 +22,21 @@ def figures(log: StageLog) -> list[Figure]:
     left_mm = 1e3 * np.hypot(x - fitted_x, z - fitted_z)
     with drawing("measure-swing", "Angle of the free swing over time") as made:
         axes = made.axes()[0]
-        axes.plot(t_s, seen, color=BALL, lw=0.8, label="seen")
+        axes.plot(t_s, seen, color=BALL, lw=0.8, label="measured")
         axes.plot(t_s, fitted, color=CUP, lw=0.6, ls=(0, (4, 3)), label="fitted")
         axes.set_xlabel("time [s]")
-        axes.set_ylabel("angle [deg]")
+        axes.set_ylabel("angle [°]")
         legend_above(axes)
-    with drawing("measure-left", "What the fit leaves over time") as rest:
+    with drawing("measure-left", "Residual of the fit over time") as rest:
         axes = rest.axes()[0]
-        axes.plot(t_s, left_mm, ".", color=MUTED, ms=2)
+        axes.plot(t_s, left_mm, ".", color=MUTED, ms=2, label="residual")
         axes.set_xlabel("time [s]")
         axes.set_ylabel("distance [mm]")
         axes.set_ylim(bottom=0)
-    panels: list[Panel | None] = [Panel("The free swing", made.svg), Panel("What is left", rest.svg)]
+    panels: list[Panel | None] = [made.panel("The free swing"), rest.panel("Residual of the fit")]
     captions = [
-        "The ball's angle from hanging, about a cup at rest, and the pendulum with drag k1 + k2 v that fits it best.",
-        "Distance of the observed ball from the fitted one.",
+        "Angle of the freely swinging ball under a cup at rest, measured and fitted by a pendulum with drag k1 + k2 v:"
+        " the lines must cover each other to the end.",
+        "Distance of the measured ball from the fitted one. A trend over time means that the model lacks something.",
     ]
     return figure(lettered(panels, captions), panels)

@@ -53,4 +53,8 @@ STAGE = StageDeclaration(
         "compare-mm": "Error of the predicted position over the remaining time, for each group of a comparison.",
         "compare-ms": "Error of the predicted time over the remaining time, for each group of a comparison.",
     },
+    methods=(
+        "The catch was predicted for {predict.flights} flights from images at {camera.rate_hz} with the "
+        'detector "{predict.detector.kind}" and the flight model "{predict.motion.kind}".',
+    ),
 )

@@ -26,8 +26,8 @@ def prediction_figures(log: StageLog) -> list[Figure]:
     return [
         *figure(
             [
-                "What the camera saw of one flight, and where the image processing found the ball (ring); the line"
-                " joins all detections of the flight. The first image is whole, the others are cut out around the line."
+                "Camera images of one flight with the detected ball (ring); the line joins all detections. The ring"
+                " must sit on the ball. Times are from the last detection. The first image is whole, the others cut."
             ],
             [film],
             columns=1,
@@ -36,11 +36,12 @@ def prediction_figures(log: StageLog) -> list[Figure]:
             lettered(
                 study,
                 [
-                    f"Error of the predicted crossing of the rim plane over the remaining time, {n} flights:"
-                    " median, half of all flights (dark) and 90 % of them (light).",
-                    "The same for the time of the crossing.",
-                    "One flight: distance of each estimate from the last one, and the uncertainty (one sigma) that it"
-                    " states.",
+                    f"Position error of the predicted catch over the time left until it, {n} flights: median, half of"
+                    " all flights (dark) and 90 % of them (light). It must fall to the right.",
+                    f"Time error of the predicted catch over the time left until it, {n} flights: median, half of all"
+                    " flights (dark) and 90 % of them (light).",
+                    "Distance of each estimate of one flight from its last one, and the standard deviation that it"
+                    " states: points under the dashed line are as sure as they claim.",
                 ],
             ),
             study,
@@ -87,7 +88,7 @@ def error_panel(errors: pd.DataFrame, column: str, title: str) -> Panel | None:
         axes.set_xlabel("time to the catch [ms]")
         axes.set_ylabel(f"error [{unit}]")
         legend_above(axes)
-    return Panel(title, made.svg)
+    return made.panel(title)
 
 
 def _convergence(estimates: pd.DataFrame) -> Panel | None:
@@ -106,14 +107,15 @@ def _convergence(estimates: pd.DataFrame) -> Panel | None:
         axes = made.axes()[0]
         axes.plot(left_ms, distance_mm, "o-", color=BALL, ms=3, lw=1.2, label="from the last")
         if np.isfinite(sigma).any() and sigma.any():
-            axes.plot(left_ms, 1e3 * sigma, color=OTHER, lw=1.2, ls=(0, (4, 2)), label="stated sigma")
+            axes.plot(left_ms, 1e3 * sigma, color=OTHER, lw=1.2, ls=(0, (4, 2)), label="stated σ")
             positive = np.concatenate([distance_mm[:-1], 1e3 * sigma[np.isfinite(sigma)]])
             positive = positive[positive > 0]
             if len(positive) and positive.max() > 30 * np.median(positive):
                 axes.set_yscale("symlog", linthresh=max(0.1, float(np.median(positive))))
+                axes.yaxis.set_major_formatter("{x:g}")
         axes.invert_xaxis()
         axes.set_ylim(bottom=0)
         axes.set_xlabel("time to the catch [ms]")
         axes.set_ylabel("distance [mm]")
         legend_above(axes, columns=2)
-    return Panel(f"One estimate, flight {flight}", made.svg)
+    return made.panel(f"One estimate, flight {flight}")

@@ -28,11 +28,9 @@ def prediction_comparison(runs: Ensemble) -> list[Figure]:
         _panel(runs.groups, pooled, "position_error_mm", "Position of the catch"),
         _panel(runs.groups, pooled, "time_error_ms", "Time of the catch"),
     ]
-    caption = "Error of the predicted crossing of the rim's plane over the remaining time, the flights of all runs:"
-    return figure(
-        lettered(panels, [f"{caption} median, and 90 % of them (shaded).", "The same for the time of the crossing."]),
-        panels,
-    )
+    told = "error of the predicted catch over the remaining time, the flights of all runs: median, and 90 % of them"
+    captions = [f"{what} {told} (shaded). It must fall to the right." for what in ("Position", "Time")]
+    return figure(lettered(panels, captions), panels)
 
 
 def prediction_table(runs: Ensemble) -> str:
@@ -44,10 +42,11 @@ def prediction_table(runs: Ensemble) -> str:
             with_interval(float(values.mean()), bootstrap(values, np.mean)) if len(values) else EMPTY
             for values in found
         ]
-        rows.append([Cell(group.label), Cell(str(len(group.members))), *cells])
+        rows.append([group.cell(), Cell(str(len(group.members))), *cells])
     head = [runs.differs, "logs", "position, 50 % [mm]", "position, 95 % [mm]", "time, 50 % [ms]", "time, 95 % [ms]"]
     note = "Means over the runs; below them their 95 % bootstrap interval."
-    return f'<h3>Errors of the predicted catch</h3>{grid(head, rows)}<p class="note">{note}</p>'
+    table = grid(head, rows, name="predict-errors", title="Errors of the predicted catch")
+    return f'{table}<p class="note">{note}</p>'
 
 
 def _errors(group: Group) -> pd.DataFrame:
@@ -69,7 +68,9 @@ def _panel(groups: Sequence[Group], pooled: Sequence[pd.DataFrame], column: str,
             colour = SERIES[index % len(SERIES)]
             spread = errors[column].abs().groupby(errors["horizon_ms"]).quantile(np.array([0.05, 0.5, 0.95])).unstack()
             at = spread.index.to_numpy(np.float64)
-            axes.fill_between(at, spread[0.05], spread[0.95], color=colour, alpha=0.14, lw=0)
+            axes.fill_between(
+                at, spread[0.05], spread[0.95], color=colour, alpha=0.14, lw=0, label=f"_{group.legend}, 90 %"
+            )
             axes.plot(at, spread[0.5], ".-", color=colour, ms=3.5, lw=1.3, label=group.legend)
         axes.invert_xaxis()
         axes.set_ylim(bottom=0)
@@ -77,7 +78,7 @@ def _panel(groups: Sequence[Group], pooled: Sequence[pd.DataFrame], column: str,
         axes.set_ylabel(f"error [{unit}]")
         if len(groups) > 1:
             legend_above(axes, columns=min(3, len(groups)))
-    return Panel(title, made.svg)
+    return made.panel(title)
 
 
 CHAPTER = EnsembleChapter(

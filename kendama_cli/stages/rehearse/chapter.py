@@ -33,10 +33,10 @@ def rehearsal_figures(log: StageLog) -> list[Figure]:
     captions = lettered(
         panels,
         [
-            f"Joint angles at {speed} % of the motion's speed: what was sent (grey, wide) and what the arm measured.",
-            "How far each joint was from what was sent to it in the same control period: its delay times its speed, and"
-            " what its controller does not hold.",
-            "The same commands on the twin, which has the model's body: the difference is what the model lacks.",
+            f"Joint angles at {speed} % of the motion's speed: as sent (grey, wide) and as measured (coloured).",
+            "Tracking error of each joint in the same control period: its delay times its velocity, and what its"
+            " controller does not hold.",
+            "Deviation of each joint from the twin, which received the same commands: what the model does not know.",
         ],
     )
     return figure(captions, panels)
@@ -54,12 +54,13 @@ def _angles(t_s: Array, sent: Array, measured: Array, names: list[str]) -> Panel
     with drawing("rehearse-angles", "Joint angles as sent and as measured") as made:
         axes = made.axes()[0]
         for j, name in enumerate(names):
-            axes.plot(t_s, np.degrees(sent[:, j]), color=MUTED, lw=3.0, alpha=0.4)
+            label = f"_{name}, sent" if j else "sent"
+            axes.plot(t_s, np.degrees(sent[:, j]), color=MUTED, lw=3.0, alpha=0.4, label=label)
             axes.plot(t_s, np.degrees(measured[:, j]), color=SERIES[j % len(SERIES)], lw=1.0, label=name)
         axes.set_xlabel("time [s]")
-        axes.set_ylabel("angle [deg]")
-        legend_above(axes)
-    return Panel("Sent and measured", made.svg)
+        axes.set_ylabel("angle [°]")
+        legend_above(axes, columns=5)
+    return made.panel("Sent and measured")
 
 
 def _difference(name: str, title: str, t_s: Array, difference: Array, names: list[str]) -> Panel:
@@ -69,5 +70,5 @@ def _difference(name: str, title: str, t_s: Array, difference: Array, names: lis
             axes.plot(t_s, 1e3 * difference[:, j], color=SERIES[j % len(SERIES)], lw=1.0, label=joint)
         axes.set_xlabel("time [s]")
         axes.set_ylabel("difference [mrad]")
-        legend_above(axes)
-    return Panel(title, made.svg)
+        legend_above(axes, columns=5)
+    return made.panel(title)

@@ -89,4 +89,10 @@ STAGE = StageDeclaration(
         "transfer-angles": "Joint angles in one game as they were sent and as they were measured.",
         "transfer-tracking": "Delay and root mean square error with which each joint follows its command.",
     },
+    methods=(
+        'The policy and the primitive were transferred to the robot "{hardware.kind}", where learning '
+        "resumed for at most {transfer.max_rollouts} rollouts.",
+        "The greedy policy was evaluated in {transfer.evaluation_rollouts} rollouts before and after, then "
+        "{transfer.games} full games were played with observation from {transfer.observation.source}.",
+    ),
 )

@@ -28,8 +28,17 @@ _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught",
 
 def transfer_figures(log: StageLog) -> list[Figure]:
     """Draw rollouts on the robot; the games; one game in detail; the imitated swing; sent against measured."""
-    own = sent_and_measured(log, *shown_game(log)[1:])
+    own = sent_and_measured(log, *_game_span_s(log))
     return [*_learning(log), *_all_games(log), *_one_game(log), *_imitated(log), *own]
+
+
+def _game_span_s(log: StageLog) -> tuple[float, float]:
+    """Return when the cup of the shown game began and ended to move; the game's own bounds without its path."""
+    _, start_s, end_s = shown_game(log)
+    cup = log.table("/transfer/cup", FrameTransform)
+    t_s = cup["t_s"].to_numpy(np.float64)
+    moved = t_s[(t_s > start_s) & (t_s <= end_s)]
+    return (float(moved[0]), float(moved[-1])) if len(moved) > 1 else (start_s, end_s)
 
 
 def _learning(log: StageLog) -> list[Figure]:
@@ -48,8 +57,9 @@ def _learning(log: StageLog) -> list[Figure]:
     captions = lettered(
         rewards,
         [
-            f"Reward of every rollout on {robot}, going on from the table learned before.",
-            f"Learning on {robot} from an empty table.",
+            f"Reward of every rollout on {robot}, starting with the table learned in simulation: the sooner circles"
+            " stay at the top, the better the table transfers.",
+            f"Reward of every rollout on {robot} from an empty table, for comparison.",
         ],
     )
     return figure([*captions, "Filled: the goal was reached.", rates], rewards, columns=1)
@@ -65,7 +75,8 @@ def _one_game(log: StageLog) -> list[Figure]:
     number, start_s, end_s = shown_game(log)
     robot = robot_of(log.settings)
     paths = pair(log, "/transfer", start_s, end_s)
-    detail = [_path(log, paths), _series(log.table("/transfer/step", TransferStepMessage), number)]
+    caught_s = None if paths is None else catch_time_s(*paths, Geometry.of(log).cup)
+    detail = [_path(log, paths), _series(log.table("/transfer/step", TransferStepMessage), number, caught_s)]
     images = thumbnails(log, "/transfer")
     closing = [_film(log, paths, number), error_over_time_panel(log)]
     return [
@@ -73,17 +84,18 @@ def _one_game(log: StageLog) -> list[Figure]:
             lettered(
                 detail,
                 [
-                    f"One game on {robot}: cup and ball in the swing plane, a mark every 60 ms, and the cup at the"
-                    " catch (or at the end).",
-                    f"Cup, ball and commanded acceleration of this game over time, as {robot} reported them.",
+                    f"One game on {robot} in the swing plane: the ball swings up and falls into the cup. Marks every 60"
+                    " ms; the cup is drawn at the catch, or at the end.",
+                    f"Cup position, ball angle and commanded acceleration in one game, as {robot} reported them. After"
+                    " the release the cup moves to the predicted catch.",
                 ],
             ),
             detail,
         ),
         *figure(
             [
-                "What a camera saw of the first game, from the last part of the swing-up on, and where the ball was"
-                " found in it (ring and line)."
+                "Camera images of one game from the last part of the swing-up on, with the detected ball (ring); the"
+                " line joins all detections. Times are from the last detection."
             ],
             [images],
             columns=1,
@@ -92,11 +104,11 @@ def _one_game(log: StageLog) -> list[Figure]:
             lettered(
                 closing,
                 [
-                    "The game of the last figure but one as a video; green, from the time it is known: the ball's"
-                    " predicted path, and where it is to come down through the rim plane (two standard deviations).",
-                    "How far the predicted crossing of the rim plane was from the real one, over the time left until"
-                    " it: every estimate of all games, their median, and the median of the stated standard deviation."
-                    " The real one is that of the tracked ball, to a few tenths of a millimetre.",
+                    "One game as an animation. Green: the predicted path of the ball and its crossing of the rim plane"
+                    " (two standard deviations).",
+                    "Error of the predicted catch over the time left until it: every estimate of all games, their"
+                    " median, and the median of the stated standard deviation σ. Errors must lie below σ."
+                    " The reference is the tracked ball, true to a few tenths of a millimetre.",
                 ],
             ),
             closing,
@@ -109,8 +121,8 @@ def _imitated(log: StageLog) -> list[Figure]:
     ended = "" if imitated is None else "; it was caught" if imitated else "; it was missed"
     return figure(
         [
-            f"The imitated swing as {robot_of(log.settings)} carried it out, until shortly after the ball came down to"
-            f" the rim{ended}."
+            f"The imitated swing on {robot_of(log.settings)} in the swing plane, until shortly after the ball crossed"
+            f" the rim plane{ended}. Marks every 60 ms."
         ],
         [_imitation(log)],
     )
@@ -137,10 +149,10 @@ def _film(log: StageLog, paths: tuple[Path2D, Path2D] | None, game: int) -> Pane
     caught_s = catch_time_s(cup, ball, sizes.cup)
     poster_s = None if caught_s is None else caught_s - 0.1
     film = player("transfer-film", cup, ball, sizes, poster_s=poster_s, autoplay=False, predictions=predictions)
-    return Panel("Film of the game", film)
+    return Panel("Animation of the game", film)
 
 
-def _series(steps: pd.DataFrame, game: int) -> Panel | None:
+def _series(steps: pd.DataFrame, game: int, caught_s: float | None) -> Panel | None:
     """Return the steps of the game (its rollout is -1 - game), else of the last rollout that was logged."""
     if steps.empty:
         return None
@@ -148,7 +160,8 @@ def _series(steps: pd.DataFrame, game: int) -> Panel | None:
     shown = of_game if len(of_game) > 1 else steps[steps["rollout"] == steps["rollout"].iloc[-1]]
     if len(shown) < 2:
         return None
-    return series_panel(shown, "transfer-series", "Cup, ball and action over time")
+    within = caught_s is not None and shown["t_s"].iloc[0] <= caught_s <= shown["t_s"].iloc[-1]
+    return series_panel(shown, "transfer-series", "Cup, ball and action over time", caught_s if within else None)
 
 
 def _games(games: pd.DataFrame) -> tuple[Panel | None, str]:
@@ -161,14 +174,18 @@ def _games(games: pd.DataFrame) -> tuple[Panel | None, str]:
         error_mm = games["prediction_error_mm"].to_numpy(np.float64)
         known = np.isfinite(error_mm) & games["predicted"].to_numpy(bool)
         caught = games["caught"].to_numpy(bool)
-        for of, colour, face in ((known & caught, GOOD, GOOD), (known & ~caught, MUTED, PAPER)):
-            error.plot(number[of], error_mm[of], "o", color=colour, mfc=face, ms=5)
+        kinds = ((known & caught, GOOD, GOOD, "caught"), (known & ~caught, MUTED, PAPER, "missed"))
+        for of, colour, face, label in kinds:
+            if of.any():
+                error.plot(number[of], error_mm[of], "o", color=colour, mfc=face, ms=5, label=label)
         error.set_ylabel("prediction error [mm]")
         error.set_ylim(bottom=0)
-        for row, (column, _) in enumerate(_PARTS):
+        for row, (column, part) in enumerate(_PARTS):
             done = games[column].to_numpy(bool)
-            outcome.plot(number[done], np.full(done.sum(), -row), "s", color=GOOD, ms=5.5)
-            outcome.plot(number[~done], np.full((~done).sum(), -row), "s", color=MUTED, mfc=PAPER, ms=5)
+            outcome.plot(number[done], np.full(done.sum(), -row), "s", color=GOOD, ms=5.5, label=f"_{part}")
+            outcome.plot(
+                number[~done], np.full((~done).sum(), -row), "s", color=MUTED, mfc=PAPER, ms=5, label=f"_not {part}"
+            )
         outcome.set_yticks([0, -1, -2], [title for _, title in _PARTS])
         outcome.tick_params(axis="y", labelcolor=INK, length=0)
         outcome.set_ylim(-2.6, 0.6)
@@ -178,9 +195,9 @@ def _games(games: pd.DataFrame) -> tuple[Panel | None, str]:
         outcome.xaxis.set_major_locator(MaxNLocator(integer=True))
     counts = ", ".join(f"{int(games[column].sum())} {title}" for column, title in _PARTS)
     return (
-        Panel("The games", made.svg),
-        f"{len(games)} full games: {counts}. Above, the error of the predicted catch; below, how far each game came"
-        " (filled: succeeded).",
+        made.panel("The games"),
+        f"Outcome of {len(games)} full games: {counts}. Above, the error of the predicted catch; below, the parts that"
+        " succeeded (filled): the first hollow square of a column shows where a game was lost.",
     )
 
 
@@ -206,8 +223,10 @@ def sent_and_measured(log: StageLog, start_s: float, end_s: float) -> list[Figur
     sent, measured = told.column(lambda one: one.sent_rad), told.column(lambda one: one.measured_rad)
     whole = tracking(told.t_s, sent, measured)
     shown = (told.t_s > start_s) & (told.t_s <= end_s)
+    paths = pair(log, "/transfer", start_s, end_s)
+    catch_s = None if paths is None else catch_time_s(*paths, Geometry.of(log).cup)
     panels: list[Panel | None] = [
-        _angles(told.t_s[shown], sent[shown], measured[shown], names) if shown.sum() > 1 else None,
+        _angles(told.t_s[shown], (sent[shown], measured[shown]), names, catch_s) if shown.sum() > 1 else None,
         _joints(whole, names),
     ]
     delays = whole.delay_s[np.isfinite(whole.delay_s)]
@@ -216,27 +235,31 @@ def sent_and_measured(log: StageLog, start_s: float, end_s: float) -> list[Figur
     captions = lettered(
         panels,
         [
-            "Joint angles in one game: what was really sent (grey, wide) and what the arm measured.",
-            f"All {len(told)} control periods ({minutes} min): the delay with which each joint follows what was sent to"
-            f" it (bars){spread}; the rms of measured less sent (rings), and what of it the delay does not explain"
-            " (points). A joint that hardly moved has no bar.",
+            "Joint angles in one game: as sent (grey, wide) and as measured (coloured). Where a colour leaves the grey,"
+            " that joint lags.",
+            f"Delay of each joint behind its command (bars){spread}, and its rms tracking error: in all (rings), and"
+            f" what the delay does not explain (points). From {len(told)} control periods ({minutes} min). A joint that"
+            " hardly moved has no bar.",
         ],
     )
     return figure(captions, panels)
 
 
-def _angles(t_s: Array, sent: Array, measured: Array, names: list[str]) -> Panel:
+def _angles(t_s: Array, angles: tuple[Array, Array], names: list[str], catch_s: float | None) -> Panel:
+    sent, measured = angles
+    t_s = t_s - (float(t_s[0]) if catch_s is None else catch_s)
     every = max(1, len(t_s) // 1500)
     with drawing("transfer-angles", "Joint angles as sent and as measured") as made:
         axes = made.axes()[0]
         for j, name in enumerate(names):
-            axes.plot(t_s[::every], np.degrees(sent[::every, j]), color=MUTED, lw=3.0, alpha=0.4)
+            label = f"_{name}, sent" if j else "sent"
+            axes.plot(t_s[::every], np.degrees(sent[::every, j]), color=MUTED, lw=3.0, alpha=0.4, label=label)
             colour = SERIES[j % len(SERIES)]
             axes.plot(t_s[::every], np.degrees(measured[::every, j]), color=colour, lw=1.0, label=name)
-        axes.set_xlabel("time [s]")
-        axes.set_ylabel("angle [deg]")
-        legend_above(axes)
-    return Panel("Sent and measured", made.svg)
+        axes.set_xlabel("time [s]" if catch_s is None else "time from the catch [s]")
+        axes.set_ylabel("angle [°]")
+        legend_above(axes, columns=5)
+    return made.panel("Sent and measured")
 
 
 def _joints(whole: Tracking, names: list[str]) -> Panel:
@@ -251,5 +274,6 @@ def _joints(whole: Tracking, names: list[str]) -> Panel:
         right.plot(index, 1e3 * whole.residual_rms_rad, "o", ms=4, color=SERIES[1], label="rms without the delay")
         right.set_ylabel("measured less sent [mrad]")
         right.set_ylim(bottom=0)
+        right.plot([], [], "s", color=CUP, alpha=0.35, ms=6, label="delay")
         legend_above(right)
-    return Panel("Delay and rms of each joint", made.svg)
+    return made.panel("Delay and rms of each joint")

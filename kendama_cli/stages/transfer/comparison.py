@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.report.bootstrap import bootstrap, bootstrap_ratio
@@ -45,8 +46,9 @@ def transfer_sweep_figures(runs: Ensemble) -> list[Figure]:
     """Draw further rollouts of every seed, from the table and from scratch, for each group."""
     groups = [group for group in runs.groups if len(group.figures("rollouts"))]
     compared = any(len(group.figures("rollouts_from_scratch")) for group in groups)
-    caption = "Further rollouts needed on the robot, a mark for each seed and a bar for their mean: from the table"
-    caption += " learned in simulation, and from an empty table on the same body." if compared else "."
+    caption = "Further rollouts needed on the robot, a mark for each seed and a bar for their mean, starting with the"
+    caption += " table learned in simulation"
+    caption += ", and with an empty table on the same body: what lies between is gained." if compared else "."
     return figure([caption], [_further(groups)], columns=1)
 
 
@@ -71,8 +73,8 @@ def transfer_table(runs: Ensemble) -> str:
     )
     note = (f"Not learned: {'; '.join(failed)}. " if failed else "") + note
     head = (*_HEAD, *(word for _, word in also))
-    table = grid(head, rows, foot=foot)
-    return f'<h3>Further rollouts on each body</h3>{table}<p class="note">{html.escape(note)}</p>'
+    table = grid(head, rows, name="transfer-rollouts", title="Further rollouts on each body", foot=foot)
+    return f'{table}<p class="note">{html.escape(note)}</p>'
 
 
 def _row(group: Group, also: Sequence[tuple[str, str]]) -> list[Cell]:
@@ -81,7 +83,7 @@ def _row(group: Group, also: Sequence[tuple[str, str]]) -> list[Cell]:
     if len(scratch):
         ratio = with_interval(float(given.mean() / scratch.mean()), bootstrap_ratio(given, scratch, np.mean))
     return [
-        Cell(group.label, _body(group.members[0].log.settings)),
+        group.cell(_body(group.members[0].log.settings)),
         Cell(str(len(given))),
         with_interval(float(given.mean()), bootstrap(given, np.mean)),
         with_interval(float(scratch.mean()), bootstrap(scratch, np.mean)) if len(scratch) else EMPTY,
@@ -135,7 +137,7 @@ def _rate(group: Group, metric: str, trials: str) -> Cell:
         return percent(float(rates.mean()))
     n = each * len(rates)
     sure = success_interval(round(float(rates.sum()) * each), n)
-    return percent(float(rates.mean()), f"{100 * sure.low:.0f} … {100 * sure.high:.0f}")
+    return percent(float(rates.mean()), between=(sure.low, sure.high))
 
 
 def _body(settings: Mapping[str, Any]) -> str:
@@ -158,9 +160,17 @@ def _further(groups: Sequence[Group]) -> Panel | None:
             for row, group in enumerate(groups):
                 values = group.figures(metric)
                 if len(values):
-                    axes.plot(values, row + shift + _spread(values), "o", color=colour, mfc=PAPER, ms=4, mew=0.9)
+                    name = f"_{group.label}, {label}"
+                    marks: dict[str, Any] = {"color": colour, "mfc": PAPER, "ms": 4, "mew": 0.9, "label": name}
+                    axes.plot(values, row + shift + _spread(values), "o", **marks)
                     mean = float(values.mean())
-                    axes.plot([mean, mean], [row + shift - 0.13, row + shift + 0.13], color=colour, lw=2.6)
+                    axes.plot(
+                        [mean, mean],
+                        [row + shift - 0.13, row + shift + 0.13],
+                        color=colour,
+                        lw=2.6,
+                        label=f"{name}, mean",
+                    )
             if any(len(group.figures(metric)) for group in groups):
                 axes.plot([], [], "o", color=colour, mfc=PAPER, ms=4, mew=0.9, label=label)
         axes.set_yticks(range(len(groups)), [group.label for group in groups])
@@ -168,9 +178,10 @@ def _further(groups: Sequence[Group]) -> Panel | None:
         axes.tick_params(axis="y", labelcolor=INK, length=0)
         axes.grid(visible=False, axis="y")
         axes.set_xlim(left=0)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("further rollouts")
         legend_above(axes)
-    return Panel("Further rollouts on the robot", made.svg)
+    return made.panel("Further rollouts on the robot")
 
 
 def _spread(values: Array) -> Array:

@@ -133,13 +133,15 @@ def error_over_time_panel(log: StageLog) -> Panel | None:
         axes = made.axes()[0]
         axes.plot(left_ms, error_mm, ".", color=MUTED, ms=2.5, alpha=0.6, label="estimate")
         axes.plot(medians["left"], medians["error"], "o-", color=CUP, ms=3.5, lw=1.4, label="median")
-        axes.plot(medians["left"], medians["sigma"], color=OTHER, lw=1.2, ls=(0, (4, 2)), label="stated sigma")
+        axes.plot(medians["left"], medians["sigma"], color=OTHER, lw=1.2, ls=(0, (4, 2)), label="stated σ")
         axes.set_yscale("log")
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter("")
         axes.invert_xaxis()
         axes.set_xlabel("time to the catch [ms]")
         axes.set_ylabel("error [mm]")
         legend_above(axes, columns=3)
-    return Panel("Error of the predictions", made.svg)
+    return made.panel("Error of the predictions")
 
 
 def covariances(estimates: pd.DataFrame) -> Array:

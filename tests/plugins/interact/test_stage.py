@@ -159,7 +159,7 @@ def test_the_worked_example_runs_from_the_command_line_to_a_report_and_is_cached
     assert document["stages"][0]["metrics"]["touched"] == "table"
     assert json.loads(_kendama(tmp_path, "plan", "-p", "press", "--json"))["stages"][0]["reasons"] == []
     _kendama(tmp_path, "report", "-o", "press.html")
-    assert "Wanted and exerted force" in (tmp_path / "press.html").read_text()
+    assert "Desired and exerted force" in (tmp_path / "press.html").read_text()
 
 
 def _finished(folder, *arguments):

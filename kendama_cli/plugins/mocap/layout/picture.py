@@ -7,9 +7,8 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure as Canvas
 
-from kendama_cli.report.plot import drawing, drawn_for_print, legend_above
+from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.style import PAPER
 from kendama_cli.schema.arrays import Array
 
@@ -36,8 +35,7 @@ def sketch(path_m: Array) -> list[str]:
 
 def picture(title: str, t_s: Array, path_m: Array, ending: str) -> bytes:
     """Return a figure of the path from the side, and of x, y and z over time, as a PNG or SVG by its ``ending``."""
-    taken: list[Canvas] = []
-    with drawn_for_print(lambda _, canvas: taken.append(canvas)), drawing("layout", title, height_in=5.0) as drawn:
+    with drawing("layout", title, height_in=5.0) as drawn:
         side, over = drawn.axes(2)
         side.plot(path_m[:, 0], path_m[:, 2])
         side.plot(*path_m[0, [0, 2]], "o", label="start")
@@ -51,7 +49,7 @@ def picture(title: str, t_s: Array, path_m: Array, ending: str) -> bytes:
     made = io.BytesIO()
     with mpl.rc_context({"svg.fonttype": "path", "svg.hashsalt": "layout"}):
         metadata = {"Date": None} if ending == "svg" else {}
-        taken[0].savefig(made, format=ending, dpi=150, facecolor=PAPER, metadata=metadata)
+        drawn.canvas.savefig(made, format=ending, dpi=150, facecolor=PAPER, metadata=metadata)
     return made.getvalue()
 
 
