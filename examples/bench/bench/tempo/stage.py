@@ -21,8 +21,8 @@ class Tempo:
             plan = dataclasses.replace(given["encode"], tau_scale=scale)
             motion = play(plan, np.linspace(0.0, scale * plan.duration_s, 500))
             peaks.append(float(np.linalg.norm(motion.velocity_m_s, axis=1).max()))
-            message = TempoMessage(scale, peaks[-1], peaks[-1] <= self._settings.allowed_m_s)
-            ctx.log.write("/tempo/scale", float(index), message)
+            fits = peaks[-1] <= self._settings.allowed_m_s
+            ctx.log.write("/tempo/scale", float(index), TempoMessage(scale, peaks[-1], fits))
             ctx.progress(index + 1, len(scales), tau_scale=scale)
         allowed = [scale for scale, peak in zip(scales, peaks, strict=True) if peak <= self._settings.allowed_m_s]
         metrics = {"min_tau_scale": min(allowed, default=None), "peak_speed_m_s": max(peaks)}
