@@ -79,6 +79,8 @@ def check(line: str) -> None:
     site = find_site()
     pipeline = load_pipeline(given.get("pipeline") or "kendama", site.pipeline_folders).until(given.get("until"))
     overrides = with_executor(given.get("overrides") or [], given.get("on"))
+    if name == "config":  # keys and groups to print, between overrides
+        overrides = [word for word in overrides if "=" in word]
     combinations = sweep_work.expand_sweep(site, overrides) if name == "sweep" else [overrides]
     for texts in (combinations[0], combinations[-1]):
         _compose((*pipeline.overrides, *texts))
