@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # these pages show parts of examples/bench and examples/springs, which are not installed here; tests/plugin runs them
 FILES = {
     "setup.yaml": "{}\n",
-    "conf/capture/mine.yaml": "kind: file\npath: swing.csv\n",
+    "conf/capture/take.yaml": "kind: file\npath: take.csv\n",
     "conf/hardware/mine.yaml": "kind: twin\n",
     "conf/robot/mine.yaml": "defaults: [urdf]\npath: my_arm.urdf\n",
     "conf/safety/lab.yaml": "defaults: [default]\n",
