@@ -83,13 +83,24 @@ def from_one(found: FilmTrack, camera: CameraModel, ball_radius_m: float) -> Fil
         for centre, radius in zip(found.centre_px, found.radius_px, strict=True)
     ]
     rays = np.array([(at.x, at.y, 1.0) for at in straight]).reshape(-1, 3)
-    depth = camera.optics.depth_m(rays, found.radius_px, ball_radius_m)
+    focal_px = float(camera.optics.focal_px.mean())
+    depth = _depth_m(focal_px, rays, found.radius_px, ball_radius_m)
     sigma = depth * max(RADIUS_SIGMA, _scatter(found.radius_px)) / found.radius_px
     own = np.einsum("n,ni,nj->nij", sigma**2, rays, rays)
-    own[:, :2, :2] += camera.optics.across_m2(straight, depth, found.covariance_px2)
+    own[:, :2, :2] += (depth**2 / focal_px**2)[:, None, None] * found.covariance_px2
     turn = camera.world_to_camera.T
     places = camera.position_in_world_m + (depth[:, None] * rays) @ turn.T
     return FilmPositions(found.t_s, places, turn @ own @ turn.T, np.zeros(0))
+
+
+def _depth_m(focal_px: float, rays: Array, radius_px: Array, radius_m: float) -> Array:
+    """Return the depth of a sphere by its disc.
+
+    A sphere of radius R at the depth Z, seen along (x, y, 1), has a disc of the mean radius
+    r = f R / Z (1 + sqrt(1 + x^2 + y^2)) / 2: nearly an ellipse, longer away from the centre by the root.
+    """
+    longer = (1.0 + np.linalg.norm(rays, axis=1)) / 2
+    return np.asarray(focal_px * radius_m * longer / radius_px)
 
 
 def _scatter(values: Array) -> float:

@@ -44,7 +44,9 @@ def marker_poses(corners_px: Array, side_m: float, camera: CameraModel) -> list[
         return []
     found = []
     for turn, place in zip(turns[:count], places[:count], strict=True):
-        turned, placed = lens.refined(points, corners_px, turn, place)
+        turned, placed = cv2.solvePnPRefineLM(
+            points, corners_px, lens.matrix, lens.distortion, np.array(turn), np.array(place)
+        )
         made, _ = lens.posed(points, turned, placed)
         if not (np.isfinite(made).all() and float(placed[2, 0]) > 0):
             continue
@@ -67,8 +69,14 @@ def _covariance(turned_m: Array, place_m: Array, camera: CameraModel) -> Array:
     A corner at p = place + v moves by dp = dplace + w x v.
     """
     rows = []
-    for v, pixel in zip(turned_m, camera.optics.place_slopes(place_m + turned_m), strict=True):
+    for v in turned_m:
         cross = np.array([[0.0, v[2], -v[1]], [-v[2], 0.0, v[0]], [v[1], -v[0], 0.0]])
-        rows.append(pixel @ np.hstack((np.eye(3), cross)))
+        rows.append(_pixel_slopes(camera, place_m + v) @ np.hstack((np.eye(3), cross)))
     jacobian = np.vstack(rows)
     return np.asarray(np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12))
+
+
+def _pixel_slopes(camera: CameraModel, position_m: Array) -> Array:
+    """Return d(pixel) / d(position) (2, 3) of the pinhole, without the distortion's small curvature."""
+    (x, y, z), lens = position_m, camera.optics
+    return np.array([(lens.fx / z, 0.0, -lens.fx * x / z**2), (0.0, lens.fy / z, -lens.fy * y / z**2)])

@@ -62,12 +62,6 @@ class CameraModel:
         return RadialLens(*(float(value) for value in (*self.focal_px, *self.center_px, *self.distortion)))
 
     @property
-    def matrix(self) -> Array:
-        """OpenCV's camera matrix (3, 3)."""
-        (fx, fy), (cx, cy) = self.focal_px, self.center_px
-        return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
-
-    @property
     def row_s(self) -> float:
         """Return the delay of a row's exposure after the row above it [s]."""
         return self.readout_s / self.height_px
@@ -107,9 +101,9 @@ class CameraModel:
         flat = self.undistort(pixels)
         return np.asarray(np.column_stack([flat, np.ones(len(flat))]) @ self.world_to_camera)
 
-    def size_px(self, place_m: ArrayLike, radius_m: float) -> float:
-        """Return the mean radius [px] of the disc of a sphere of ``radius_m`` at the world's ``place_m`` (3,)."""
-        return self.optics.size_px(self.in_camera(place_m)[0], radius_m)
+    def size_px(self, position_m: ArrayLike, radius_m: float) -> float:
+        """Return the mean radius [px] of the disc of a sphere of ``radius_m`` at the world's ``position_m`` (3,)."""
+        return self.optics.size_px(self.in_camera(position_m)[0], radius_m)
 
 
 def looking_at(position_m: ArrayLike, target_m: ArrayLike) -> Array:

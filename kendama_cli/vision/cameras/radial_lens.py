@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -136,20 +135,6 @@ class RadialLens:
         pixels, slopes = (np.asarray(one, dtype=np.float64) for one in made)
         return pixels.reshape(-1, 2), slopes[:, : 6 + FITTED]
 
-    def place_slopes(self, points_m: Array) -> Array:
-        """Return the slopes of the pinhole, without the distortion's small curvature."""
-        made = np.zeros((len(points_m), 2, 3))
-        for slope, (x, y, z) in zip(made, points_m, strict=True):
-            slope[0] = self.fx / z, 0.0, -self.fx * x / z**2
-            slope[1] = 0.0, self.fy / z, -self.fy * y / z**2
-        return made
-
-    def refined(self, points_m: Array, pixels: Array, rotation: ArrayLike, shift: ArrayLike) -> tuple[Array, Array]:
-        """Levenberg-Marquardt, by OpenCV."""
-        start = np.array(rotation), np.array(shift)
-        made = cv2.solvePnPRefineLM(points_m, pixels, self.matrix, self.distortion, *start)
-        return np.asarray(made[0], dtype=np.float64), np.asarray(made[1], dtype=np.float64)
-
     def sphere_centre(self, disc_px: Array, radius_px: float) -> Array:
         """Return the centre of a sphere by its disc.
 
@@ -159,20 +144,6 @@ class RadialLens:
         shrink = 1 - (radius_px / float(self.focal_px.mean())) ** 2
         return np.asarray(self.center_px + shrink * (disc_px - self.center_px))
 
-    def size_px(self, place_m: Array, radius_m: float) -> float:
+    def size_px(self, position_m: Array, radius_m: float) -> float:
         """Return the radius as at the image's centre."""
-        return float(self.focal_px.mean()) * radius_m / float(place_m[2])
-
-    def depth_m(self, rays: Array, radius_px: Array, radius_m: float) -> Array:
-        """Return the depth of a sphere by its disc.
-
-        A sphere of radius R at the depth Z, seen along (x, y, 1), has a disc of the mean radius
-        r = f R / Z (1 + sqrt(1 + x^2 + y^2)) / 2: nearly an ellipse, longer away from the centre by the root.
-        """
-        longer = (1.0 + np.linalg.norm(rays, axis=1)) / 2
-        return np.asarray(float(self.focal_px.mean()) * radius_m * longer / radius_px)
-
-    def across_m2(self, seen: Sequence[Straight], depth_m: Array, covariance_px2: Array) -> Array:
-        """Return the lateral covariance by the focal length."""
-        del seen
-        return np.asarray((depth_m**2 / float(self.focal_px.mean()) ** 2)[:, None, None] * covariance_px2)
+        return float(self.focal_px.mean()) * radius_m / float(position_m[2])

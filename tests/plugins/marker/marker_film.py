@@ -47,7 +47,7 @@ def picture(places_m, rotations, size_m, rng, *, dictionary="4x4_50", number=0, 
     finer = np.array([[FINER, 0, (FINER - 1) / 2], [0, FINER, (FINER - 1) / 2], [0, 0, 1.0]])
     total = np.zeros_like(wall)
     for place, rotation in zip(places_m, rotations, strict=True):
-        to_image = CAMERA.matrix @ np.column_stack((rotation[:, :2], place)) @ to_plane
+        to_image = CAMERA.optics.matrix @ np.column_stack((rotation[:, :2], place)) @ to_plane
         edge = float(len(marker) - 1)
         corners = cv2.perspectiveTransform(np.array([[[0, 0], [edge, 0], [edge, edge], [0, edge]]]), to_image)[0]
         low = np.maximum(np.floor(corners.min(axis=0)).astype(int) - 2, 0)

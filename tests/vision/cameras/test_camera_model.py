@@ -15,7 +15,7 @@ def test_projection_agrees_with_opencv_to_machine_precision():
     for camera in shipped_models():
         rotation, _ = cv2.Rodrigues(camera.world_to_camera)
         offset = -camera.world_to_camera @ camera.position_in_world_m
-        theirs, _ = cv2.projectPoints(points, rotation, offset, camera.matrix, camera.distortion)
+        theirs, _ = cv2.projectPoints(points, rotation, offset, camera.optics.matrix, camera.distortion)
         assert np.abs(camera.project(points) - theirs.reshape(-1, 2)).max() < 1e-9
 
 
