@@ -80,8 +80,8 @@ class MotionScene:
         cup, ball, rotation = positions[self._cup], positions[self._ball], rotations[self._cup]
         links = np.empty((0, 3, 4))
         if self._motion.links is not None and self._frames:
-            at, turned = _at(self._motion.links, t_s)
-            links = np.concatenate([turned[self._frames], at[self._frames][:, :, None]], axis=2)
+            at, rotated = _at(self._motion.links, t_s)
+            links = np.concatenate([rotated[self._frames], at[self._frames][:, :, None]], axis=2)
         rope = hanging_rope(cup + rotation @ self._tie_m, ball, self._motion.rope_m, 17)
         return ScenePose(
             ball_m=ball, cup_m=cup, cup_rotation=rotation, rope_m=rope, arm_m=np.empty((0, 3)), links=links

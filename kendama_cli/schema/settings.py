@@ -243,8 +243,8 @@ def _scalar(annotation: Any, value: Any, key: str, facts: Mapping[str, Any]) -> 
     if annotation is float and isinstance(value, int) and not isinstance(value, bool):
         value, fits = _as_float(value, key), True
     if not fits:
-        told = f"'{key}' must be {expected}{_range(facts)}, not {value!r}"
-        raise ConfigError(key, told + _as_typed(annotation, value, key))
+        problem = f"'{key}' must be {expected}{_range(facts)}, not {value!r}"
+        raise ConfigError(key, problem + _as_typed(annotation, value, key))
     if annotation in (int, float):
         _check_range(value, key, facts)
     return value
@@ -285,5 +285,5 @@ def _check_range(value: float, key: str, facts: Mapping[str, Any]) -> None:
 def _range(facts: Mapping[str, Any]) -> str:
     """Return the bounds of a number in words after a space; empty where it has none."""
     words = {"above": "above", "at_least": "at least", "below": "below", "at_most": "at most"}
-    told = " and ".join(f"{text} {facts[fact]}" for fact, text in words.items() if fact in facts)
-    return f" {told}" if told else ""
+    bounds = " and ".join(f"{text} {facts[fact]}" for fact, text in words.items() if fact in facts)
+    return f" {bounds}" if bounds else ""

@@ -87,6 +87,6 @@ class QuickTwin:
         x, ball_x, ball_z, speed = self._swing[:4].tolist()
         cup, ball = MIDDLE_M + np.array([[x, 0.0, 0.0], [ball_x, 0.0, ball_z]])
         place = np.array([x])
-        told = self._tracking.told(np.array([cup, ball]))
-        state = RobotState(place, np.array([speed]), np.zeros(1), np.zeros(6), told[0], told[1], self._caught)
+        seen = self._tracking.tracked(np.array([cup, ball]))
+        state = RobotState(place, np.array([speed]), np.zeros(1), np.zeros(6), seen[0], seen[1], self._caught)
         return Exchange(sent, state, self._t_s, SceneState(place, cup, np.eye(3), ball))

@@ -179,12 +179,13 @@ def check_rate(recording: Recording, limit_m_s2: float) -> None:
 
 
 def _impossible(recording: Recording, reached: Array, k: int, limit_m_s2: float, remedy: str) -> InputError:
-    t_s, place_m = recording.t_s, recording.position_m
+    t_s, position_m = recording.t_s, recording.position_m
     worst = int(reached.argmax())
     # the longest of the steps around it is the jump
     around = range(worst, min(worst + 2 * k, len(t_s) - 1))
-    step = max(around, key=lambda i: float(np.linalg.norm(place_m[i + 1] - place_m[i])))
-    moved_mm, lasted_ms = 1e3 * np.linalg.norm(place_m[step + 1] - place_m[step]), 1e3 * (t_s[step + 1] - t_s[step])
+    step = max(around, key=lambda i: float(np.linalg.norm(position_m[i + 1] - position_m[i])))
+    moved_mm = 1e3 * np.linalg.norm(position_m[step + 1] - position_m[step])
+    lasted_ms = 1e3 * (t_s[step + 1] - t_s[step])
     return InputError(
         recording.path,
         f"an acceleration of {reached[worst]:.0f} m/s^2 (it moves by {moved_mm:.0f} mm within {lasted_ms:.3g} ms); a "
@@ -211,7 +212,7 @@ def check_frozen(recording: Recording) -> None:
 
 def doubts_of_continuity(recording: Recording) -> list[str]:
     """Return suspicious but possible findings, one sentence each."""
-    t_s, place_m = recording.t_s, recording.position_m
+    t_s, position_m = recording.t_s, recording.position_m
     doubts = []
     frozen = [one for one in _frozen(recording) if one[2] >= FROZEN_DOUBT_M]
     if frozen:
@@ -220,7 +221,7 @@ def doubts_of_continuity(recording: Recording) -> list[str]:
             f"{recording.where(first)}: the position stays the same for {1e3 * (t_s[last] - t_s[first]):.0f} ms amid "
             f"the motion (about {1e3 * hidden_m:.0f} mm); a frozen tracker?"
         )
-    reached, k = acceleration(t_s, place_m, LAG_S)
+    reached, k = acceleration(t_s, position_m, LAG_S)
     worst = int(reached.argmax())
     if reached[worst] > max(DOUBT_M_S2, ABOVE_NOISE * float(np.median(reached))):
         doubts.append(
@@ -230,7 +231,7 @@ def doubts_of_continuity(recording: Recording) -> list[str]:
     duration_s = float(t_s[-1] - t_s[0])
     if duration_s < SHORT_S:
         doubts.append(f"it lasts {duration_s:.2f} s only; is the whole swing in it?")
-    speeds = np.linalg.norm(np.diff(place_m, axis=0), axis=1) / np.diff(t_s)
+    speeds = np.linalg.norm(np.diff(position_m, axis=0), axis=1) / np.diff(t_s)
     few = max(2, round(0.05 / step_s(t_s)))
     peak = float(np.quantile(speeds, 0.98))
     begins, ends = float(np.median(speeds[:few])), float(np.median(speeds[-few:]))
@@ -250,8 +251,8 @@ def _frozen(recording: Recording) -> list[tuple[int, int, float]]:
     That is the lesser of the speeds before and after, times how long it stood. A hand that turns round stands for a
     sample or two too, but does not go on by a jump.
     """
-    t_s, place_m = recording.t_s, recording.position_m
-    still = np.concatenate([[False], (np.diff(place_m, axis=0) == 0).all(axis=1), [False]])
+    t_s, position_m = recording.t_s, recording.position_m
+    still = np.concatenate([[False], (np.diff(position_m, axis=0) == 0).all(axis=1), [False]])
     edges = np.flatnonzero(np.diff(still.astype(int)))
     few = max(2, round(0.03 / step_s(t_s)))
     found = []
@@ -259,10 +260,10 @@ def _frozen(recording: Recording) -> list[tuple[int, int, float]]:
         if first < few or last + 1 + few >= len(t_s):
             continue
         speeds = [
-            float(np.linalg.norm(place_m[b] - place_m[a]) / (t_s[b] - t_s[a]))
+            float(np.linalg.norm(position_m[b] - position_m[a]) / (t_s[b] - t_s[a]))
             for a, b in ((first - few, first), (last + 1, last + 1 + few))
         ]
         hidden_m = min(speeds) * float(t_s[last] - t_s[first])
-        if np.linalg.norm(place_m[last + 1] - place_m[last]) > 0.5 * hidden_m:
+        if np.linalg.norm(position_m[last + 1] - position_m[last]) > 0.5 * hidden_m:
             found.append((first, last, hidden_m))
     return found

@@ -46,9 +46,9 @@ def checked_swings(
 
 def cut_apart(recording: Recording) -> tuple[list[Recording], list[str]]:
     """Split ``recording`` into swings, in order, and sentences on what was left out; itself if it is one swing."""
-    t_s, place_m = recording.t_s, recording.position_m
+    t_s, position_m = recording.t_s, recording.position_m
     try:
-        whole = SmoothSpeed(t_s, place_m).moving(REST_WINDOW_S, REST_SPEED_M_S, REST_FRACTION)
+        whole = SmoothSpeed(t_s, position_m).moving(REST_WINDOW_S, REST_SPEED_M_S, REST_FRACTION)
     except ValueError:
         return [recording], []
     pieces = _joined(recording, _stretches(t_s, whole.speed_m_s > whole.rest_m_s))

@@ -133,11 +133,11 @@ def check_axes(recording: Recording, strictness: str) -> list[str]:
     return [f"{doubt}; {recording.axes_remedy}"]
 
 
-def _doubt(t_s: Array, place_m: Array) -> tuple[str, bool]:
+def _doubt(t_s: Array, position_m: Array) -> tuple[str, bool]:
     """Return a sentence about the axes, empty if there is no doubt, and True if it is certain."""
-    (own,) = rise_of(t_s, place_m, DIRECTIONS[:1])
+    (own,) = rise_of(t_s, position_m, DIRECTIONS[:1])
     if own.rising <= DOUBTFUL_RISE and own.caught <= DOUBTFUL_CATCH:
-        others = rise_of(t_s, place_m, DIRECTIONS[1:])
+        others = rise_of(t_s, position_m, DIRECTIONS[1:])
         best = max(range(len(others)), key=lambda i: (others[i].caught, others[i].rising))
         if others[best].rising >= SURE_RISE and others[best].caught >= SURE_CATCH:
             up = UP[1 + best]
@@ -148,10 +148,10 @@ def _doubt(t_s: Array, place_m: Array) -> tuple[str, bool]:
             )
         if own.rising <= NEVER_RISES:
             return (
-                f"with this motion a ball on a rope of 0.32 to 0.42 m never rises over the cup{_rate(t_s, place_m)}",
+                f"with this motion a ball on a rope of 0.32 to 0.42 m never rises over the cup{_rate(t_s, position_m)}",
                 False,
             )
-    flat = place_m[:, :2] - place_m[:, :2].mean(axis=0)
+    flat = position_m[:, :2] - position_m[:, :2].mean(axis=0)
     sizes, axes = np.linalg.eigh(flat.T @ flat / len(flat))
     widest = math.sqrt(max(float(sizes[1]), 0.0))
     heading = math.atan2(abs(float(axes[1, 1])), abs(float(axes[0, 1])))
@@ -163,10 +163,10 @@ def _doubt(t_s: Array, place_m: Array) -> tuple[str, bool]:
     return "", False
 
 
-def _rate(t_s: Array, place_m: Array) -> str:
+def _rate(t_s: Array, position_m: Array) -> str:
     """Return what to say of the rate: a swing whose times are half or twice as long as they were is none."""
     for factor, text in ((0.5, "half as long: recorded at twice the rate?"), (2.0, "twice as long: at half the rate?")):
-        (other,) = rise_of(factor * t_s, place_m, DIRECTIONS[:1])
+        (other,) = rise_of(factor * t_s, position_m, DIRECTIONS[:1])
         if other.rising >= SURE_RISE and other.caught >= SURE_CATCH:
             return f", but it does with times {text}"
     return ""

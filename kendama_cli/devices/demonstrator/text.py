@@ -135,8 +135,8 @@ def split_rows(path: str, text: str, settings: FileCapture) -> Rows:
         )
     before = chosen[0].line
     numbered = "\n".join(lines[before - 1 : before - 1 + JUDGED])  # what separates cells is judged by the data
-    told = {i + 1: "\n" * i + f"{lines[i].lstrip()[len(mark) :]}\n{numbered}" for i in remarks if i < before}
-    commented = [rows_of(one, settings.delimiter, line)[0] for line, one in told.items()]
+    remarked = {i + 1: "\n" * i + f"{lines[i].lstrip()[len(mark) :]}\n{numbered}" for i in remarks if i < before}
+    commented = [rows_of(one, settings.delimiter, line)[0] for line, one in remarked.items()]
     return Rows((*(row for row in commented if row.filled), *rows[:header]), tuple(chosen))
 
 

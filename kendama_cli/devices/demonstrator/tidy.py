@@ -63,12 +63,12 @@ def _held_once(recording: Recording) -> Recording:
     A new position is written late by up to one row, so that its stamps stray about ticks a + P k, which are found by
     numbering them and a line of least squares. Where the hand is slow, a position may stay: each tick has a sample.
     """
-    t_s, place_m = recording.t_s, recording.position_m
+    t_s, position_m = recording.t_s, recording.position_m
     if len(t_s) < MIN_SAMPLES or np.diff(t_s).min() <= 0:  # rows may be gone
         return recording
-    speed = SmoothSpeed(t_s, place_m).over(FAST_WINDOW_S)
+    speed = SmoothSpeed(t_s, position_m).over(FAST_WINDOW_S)
     fast = speed > FAST_FRACTION * speed.max()
-    new = np.concatenate([[True], (np.diff(place_m, axis=0) != 0).any(axis=1)])
+    new = np.concatenate([[True], (np.diff(position_m, axis=0) != 0).any(axis=1)])
     fraction = float(1 - new[fast].mean()) if fast.any() else 0.0
     begins = np.flatnonzero(new)
     steps_s = np.diff(t_s[begins])[fast[begins][1:]]
@@ -102,12 +102,12 @@ def _ticks(
 
 def _evened(recording: Recording) -> Recording:
     """Replace stamps that stray by the steady rate's times, if the motion is smoother so: else they are right."""
-    stamps_s, place_m = recording.t_s, recording.position_m
+    stamps_s, position_m = recording.t_s, recording.position_m
     even_s = even_times(stamps_s)
     if even_s is None:
         return recording
     order = np.argsort(stamps_s, kind="stable")
-    if _roughness(even_s, place_m) >= _roughness(stamps_s[order], place_m[order]):
+    if _roughness(even_s, position_m) >= _roughness(stamps_s[order], position_m[order]):
         return recording
     text = (
         f"stamps stray by up to {1e3 * float(np.abs(even_s - stamps_s).max()):.1f} ms from a steady "
@@ -116,12 +116,12 @@ def _evened(recording: Recording) -> Recording:
     return _told(replace(recording, t_s=even_s - even_s[0]), text)
 
 
-def _roughness(t_s: Array, place_m: Array) -> float:
+def _roughness(t_s: Array, position_m: Array) -> float:
     """Return the mean change of velocity from step to step [m/s], infinite if two samples have one time."""
     steps_s = np.diff(t_s)[:, None]
     if steps_s.min() <= 0:
         return float("inf")
-    return float(np.linalg.norm(np.diff(np.diff(place_m, axis=0) / steps_s, axis=0), axis=1).mean())
+    return float(np.linalg.norm(np.diff(np.diff(position_m, axis=0) / steps_s, axis=0), axis=1).mean())
 
 
 def _told(recording: Recording, what: str) -> Recording:

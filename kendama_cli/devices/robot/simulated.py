@@ -48,17 +48,17 @@ class ImperfectTracking:
         self._drift: Array | None = None
         self._waiting: list[Array] = []
 
-    def told(self, places_m: Array) -> Array:
-        """Return the tracked positions (k, 3) of markers at ``places_m`` (k, 3)."""
+    def tracked(self, positions_m: Array) -> Array:
+        """Return the tracked positions (k, 3) of markers at ``positions_m`` (k, 3)."""
         made, rng = self._errors, self._rng
         if made.ball_noise_m > 0:
-            places_m = places_m + rng.normal(0.0, made.ball_noise_m, places_m.shape)
+            positions_m = positions_m + rng.normal(0.0, made.ball_noise_m, positions_m.shape)
         if made.drift_m > 0:
-            new = rng.normal(0.0, made.drift_m, places_m.shape)
+            new = rng.normal(0.0, made.drift_m, positions_m.shape)
             self._drift = new if self._drift is None else self._keep * self._drift + math.sqrt(1 - self._keep**2) * new
-            places_m = places_m + self._drift
+            positions_m = positions_m + self._drift
         lost = made.tracking_lost_fraction > 0 and rng.uniform() < made.tracking_lost_fraction
-        self._waiting.append(self._waiting[-1] if lost and self._waiting else places_m)
+        self._waiting.append(self._waiting[-1] if lost and self._waiting else positions_m)
         del self._waiting[: -self._late - 1]
         return self._waiting[0]
 
@@ -212,7 +212,7 @@ class SimulatedRobot:
             cup, ball = np.array(world.ball.tie_m), np.array(world.ball.position_m)
             caught = world.ball.is_in_cup()
         if self._tracking is not None:
-            cup, ball = self._tracking.told(np.array([cup, ball]))
+            cup, ball = self._tracking.tracked(np.array([cup, ball]))
         if self._backlash is not None:
             angles = angles + self._backlash.gap_rad  # encoders sit on the motors
         wrench = world.wrist_wrench()

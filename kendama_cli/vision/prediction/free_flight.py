@@ -92,10 +92,10 @@ class FreeFlight:
             return Transition(a * np.eye(3), (1.0 - self.drag_per_s * a) * np.eye(3))
         speeds = velocity_m_s + (s * NODES)[:, None] * self.gravity_m_s2
         size = np.sqrt((speeds * speeds).sum(axis=1)) + STILL_M_S
-        drag, turned = drag_over_speed(self.drag_per_s, self.drag_per_m, size), self.drag_per_m / size
+        drag, along = drag_over_speed(self.drag_per_s, self.drag_per_m, size), self.drag_per_m / size
 
         def integrated(weights: Array) -> Array:
-            return np.asarray(float(weights @ drag) * np.eye(3) + (speeds.T * (weights * turned)) @ speeds)
+            return np.asarray(float(weights @ drag) * np.eye(3) + (speeds.T * (weights * along)) @ speeds)
 
         return Transition(
             s * np.eye(3) - s * s * integrated(WEIGHTS * (1.0 - NODES)),

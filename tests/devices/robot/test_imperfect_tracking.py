@@ -15,7 +15,7 @@ PERIOD_S = 0.004
 
 def _told(errors: Imperfection, places_m: Array) -> Array:
     tracking = ImperfectTracking(errors, PERIOD_S, np.random.default_rng(10000))
-    return np.array([tracking.told(place) for place in places_m])
+    return np.array([tracking.tracked(place) for place in places_m])
 
 
 def _counted(periods: int) -> Array:
