@@ -14,6 +14,7 @@ import numpy as np
 from kendama_cli.report.page_head import data_script
 from kendama_cli.report.replay.camera_images import CameraImages
 from kendama_cli.report.replay.performance import Expected, Frames, Performance
+from kendama_cli.report.replay.viewpoint import azimuth_rad
 from kendama_cli.report.tracks import Array
 from kendama_cli.schema.foxglove import Solid
 
@@ -37,7 +38,7 @@ def replay(performances: Sequence[Performance], *, once: bool = False) -> str:
     ``once``: it plays to its end by itself and no further, and not where the browser draws slowly.
     """
     shown = _placed(performances)
-    scene = {"performances": [_performance(one) for one in shown]}
+    scene = {"performances": [_performance(one) for one in shown], "azimuth": round(azimuth_rad(shown), 4)}
     many = len(shown) > 1
     choices = "".join(
         f'<label><input type="checkbox" data-index="{k}">{html.escape(one.label)}</label>'

@@ -6,6 +6,7 @@ class Replay {
     this.renderer = new T.WebGLRenderer({canvas: this.canvas, context});
     this.renderer.shadowMap.enabled = true; this.renderer.shadowMap.type = T.PCFShadowMap;
     this.performances = data.performances.map(one => new Performance(one));
+    this.azimuth = data.azimuth;
     this.scene = new T.Scene();
     this.performances.forEach(one => this.scene.add(one.group));
     this.light();
@@ -98,7 +99,8 @@ class Replay {
     const wide = Math.max(1, 1.05 / this.aspect());
     this.orbit.target.set(home.x, home.y - (placed.links ? 0.3 : 0), home.z - (placed.links ? 0.22 : 0.1));
     const back = (placed.links ? 2.6 : 1.9) * wide;
-    this.camera.position.copy(this.orbit.target).add(new T.Vector3(0.34 * back, 0.9 * back, 0.26 * back));
+    this.camera.position.copy(this.orbit.target).add(new T.Vector3(
+      0.962 * back * Math.cos(this.azimuth), 0.962 * back * Math.sin(this.azimuth), 0.26 * back));
     this.sun.target.position.copy(this.orbit.target);
     this.sun.position.copy(this.orbit.target).add(new T.Vector3(1.0, 1.6, 3.0));
     this.orbit.update(); this.draw();
