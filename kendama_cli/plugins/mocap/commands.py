@@ -54,6 +54,8 @@ def capture_layout(
     found = guess.guess(site, paths, rate)
     equal = equals(found)
     made = guess.layout(site, paths, found[0], equal)
+    chosen_name = name or guess.name_for(site, paths[0])
+    file = guess.write_yaml(site, chosen_name, made) if yes else None  # before output, which may go to 'head'
     guess.show(made, sketch(made.best.path()))
     asked = not yes and sys.stdin.isatty() and sys.stdout.isatty()
     if asked and equal:
@@ -63,11 +65,10 @@ def capture_layout(
         title = f"{paths[0]}: {made.best.reading.track}"
         write_output(output, picture(title, made.best.reading.t_s, made.best.path(), ending_of(output)))
         render.text(f"drawn: {output}")
-    chosen_name = name or guess.name_for(site, paths[0])
-    if not (yes or (asked and typer.confirm(f"write conf/capture/{chosen_name}.yaml", default=True))):
+    if file is None and not (asked and typer.confirm(f"write conf/capture/{chosen_name}.yaml", default=True)):
         render.text(f"nothing is written; to write conf/capture/{chosen_name}.yaml, add -y")
         return
-    file = guess.write_yaml(site, chosen_name, made)
+    file = file or guess.write_yaml(site, chosen_name, made)
     render.text(f"written: {file}\nnext: kendama run capture={chosen_name}")
 
 
