@@ -53,7 +53,7 @@ def show_run_table(records: Sequence[Mapping[str, Any]], metrics: Sequence[str],
             render.text("\n".join(f"| {' | '.join(one.replace('|', chr(92) + '|') for one in row)} |" for row in lines))
         else:
             render.table(rows, head=head)
-            render.text("Mean [95 % interval] over the runs of a row; a result that runs share counts once.")
+            render.text("Mean [95 % interval] over the runs of a row; a shared result counts once.")
 
 
 def _headlines(records: Sequence[Mapping[str, Any]], known: Sequence[str]) -> list[str]:
