@@ -40,7 +40,7 @@ PHRASES = (
     *("seen catch", "to proof", "null model", "handed over", "what came of", "all the same", "is told", "goes on"),
     *("are told", "in the worlds", "went back"),
 )
-CLAUSES = ("What", "Whether", "Which", "Those", "Of", "Its")
+CLAUSES = ("What", "Whether", "Which", "Those", "Of")
 """First words of a sentence that hide its subject; a question may open with them."""
 _FENCE = re.compile(r"^(`{3,}|~{3,})([^\n]*)\n(.*?)^\1`*[ ]*$", re.M | re.S)
 _COMMENT = re.compile(r"<!--.*?-->", re.S)
