@@ -28,13 +28,13 @@ def test_rate_change_and_integral_are_those_of_the_step() -> None:
 def test_no_other_step_between_the_same_rests_has_less_jerk() -> None:
     """Adding any bump u^3 (1 - u)^3 p(u) keeps the rests and can only add to the integral of the squared jerk."""
     polynomial = np.polynomial.Polynomial
-    minimum = polynomial([0, 0, 0, 10, -15, 6])
+    quintic = polynomial([0, 0, 0, 10, -15, 6])
     bump = polynomial([0, 0, 0, 1, -3, 3, -1])
 
     def jerk(path: np.polynomial.Polynomial) -> float:
         whole = (path.deriv(3) ** 2).integ()
         return float(whole(1.0) - whole(0.0))
 
-    assert minimum(U) == pytest.approx(step(U))
+    assert quintic(U) == pytest.approx(step(U))
     for factor in (polynomial([1.0]), polynomial([-0.5]), polynomial([0.1, 2.0]), polynomial([1.0, -3.0, 1.0])):
-        assert jerk(minimum + 0.1 * bump * factor) > jerk(minimum) == pytest.approx(720.0)
+        assert jerk(quintic + 0.1 * bump * factor) > jerk(quintic) == pytest.approx(720.0)

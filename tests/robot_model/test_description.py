@@ -237,9 +237,9 @@ def test_a_cup_axis_of_zero_is_refused() -> None:
 @pytest.mark.parametrize("use", ["visual", "collision"])
 def test_what_is_only_drawn_never_decides_what_is_simulated(tmp_path: Path, use: str, shape: str) -> None:
     first = '<link name="link_s1">'
-    sampled = f"{first}<{use}><geometry>{shape}</geometry><material name='x'/><material name='x'/></{use}>"
+    visual = f"{first}<{use}><geometry>{shape}</geometry><material name='x'/><material name='x'/></{use}>"
     file = tmp_path / "robot.urdf"
-    file.write_text(GOOD.replace(first, sampled))
+    file.write_text(GOOD.replace(first, visual))
     assert read(file).urdf() == read(Path(bench_arm().path)).urdf()
     arm = modelled(dataclasses.replace(bench_arm(), path=str(file)))
     assert ArmScene(arm).shapes(kendama_game()).solids

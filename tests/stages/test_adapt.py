@@ -86,8 +86,8 @@ def test_a_bundled_demonstration_is_caught_and_the_log_tells_how(bundled: Motion
     assert metrics["success_rate_high"] == 1.0
     topics = {topic for topic, _, _ in ctx.log.messages}
     told = {"rollout", "candidate", "window", "repeat", "replay", "perturbation"}
-    sampled = {"scene", "links", "joints", "cup", "ball", "reference"}
-    assert topics == {f"/adapt/{name}" for name in told | sampled}
+    displayed = {"scene", "links", "joints", "cup", "ball", "reference"}
+    assert topics == {f"/adapt/{name}" for name in told | displayed}
     ball = [message.position_m for topic, _, message in ctx.log.messages if topic == "/adapt/ball"]
     cup = [message.position_m for topic, _, message in ctx.log.messages if topic == "/adapt/cup"]
     assert np.linalg.norm(np.array(ball[-1]) - cup[-1]) < 0.07
@@ -146,8 +146,8 @@ def test_where_no_tau_catches_the_place_of_the_catch_is_moved_while_the_ball_fli
 def test_a_size_that_the_arm_can_play_is_searched_where_it_cannot_play_the_motion_itself(bundled: MotionPlan) -> None:
     """The joints are as slow as makes tau 0.92 the least for the demonstration: a larger one is out of range."""
     large, free = scaled_plan(bundled, 1.25, 1.0), bench_arm()
-    minimum = ArmMotion(modelled(free), bundled, SHIPPED.lead_in_m_s2)
-    scale = float(minimum.acceleration_ratios.max()) / 0.92**2
+    motion = ArmMotion(modelled(free), bundled, SHIPPED.lead_in_m_s2)
+    scale = float(motion.acceleration_ratios.max()) / 0.92**2
     robot = dataclasses.replace(free, acceleration_rad_s2=tuple(scale * np.array(free.acceleration_rad_s2)))
     with pytest.raises(
         StageError, match=r"would have to be 1\.\d\d times slower for pa10.* make it smaller \(adapt\.swing_scale\)"

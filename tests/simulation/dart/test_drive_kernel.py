@@ -73,9 +73,9 @@ def test_a_jump_is_caught_up_with_in_nearly_the_least_possible_time() -> None:
     q, v, _ = played(made, [(goal, np.zeros(2), np.zeros(2))] * 2000)
     assert np.abs(q[-1] - goal).max() < 1e-9
     assert np.abs(v[-1]).max() < 1e-9
-    minimum = np.where(goal > FASTEST**2 / TOP, goal / FASTEST + FASTEST / TOP, 2 * np.sqrt(goal / TOP))
+    shortest_s = np.where(goal > FASTEST**2 / TOP, goal / FASTEST + FASTEST / TOP, 2 * np.sqrt(goal / TOP))
     arrived = PERIOD * (1 + np.array([np.flatnonzero(np.abs(q[:, j] - goal[j]) > 1e-3)[-1] for j in range(2)]))
-    assert (arrived < 1.1 * minimum + 0.01).all()
+    assert (arrived < 1.1 * shortest_s + 0.01).all()
     assert (q <= goal + 1e-6).all()
 
 
