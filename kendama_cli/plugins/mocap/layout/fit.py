@@ -99,7 +99,7 @@ class Fit:
         return [
             Finding("up", shown[2], told),
             Finding("swing plane", f"{shown[0]} and {shown[2]}", wide + turned),
-            Finding("mirror", "not known", "places alone cannot tell it, and a mirrored swing is a swing"),
+            Finding("mirror", "not known", "positions alone cannot tell it, and a mirrored swing is a swing"),
         ]
 
 
