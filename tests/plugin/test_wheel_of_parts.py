@@ -90,7 +90,7 @@ def test_its_artifact_and_log_are_read_and_its_chapter_is_in_the_report(laborato
     assert kendama(laboratory, "report", "-o", "page.html").returncode == 0
     page = (laboratory / "page.html").read_text()
     assert "Speed over time scale" in page
-    assert "the dashed line is allowed" in page
+    assert "the dashed line is the limit" in page
 
 
 @pytest.mark.slow  # for the same reason
@@ -107,6 +107,6 @@ def test_its_learner_learns_in_the_stage_of_ours_and_its_policy_is_read(laborato
     )
     python = laboratory / "venv" / "bin" / "python"
     assert subprocess.check_output([python, "-P", "-c", code], cwd=laboratory, text=True) == "bench (4,)\n"
-    refused = kendama(laboratory, *run, "learn.learner.draw_anew=0")
+    refused = kendama(laboratory, *run, "learn.learner.resample_probability=0")
     assert refused.returncode == 2
-    assert "'learn.learner.draw_anew' is 0.0; allowed: above 0" in refused.stderr
+    assert "'learn.learner.resample_probability' is 0.0; allowed: above 0" in refused.stderr
