@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import re
+import shutil
+import subprocess
 from xml.etree import ElementTree
 
 import pytest
@@ -14,7 +16,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.report.export import COLUMN_MM, PAGE_MM, Files
 from kendama_cli.report.grid import Cell, percent, with_interval
-from kendama_cli.report.latex import escaped
+from kendama_cli.report.latex import escaped, latex_document
 from kendama_cli.report.methods import Facts, methods_text
 from kendama_cli.report.page import make_report
 from kendama_cli.report.plot import drawing
@@ -228,3 +230,17 @@ def test_every_setting_that_a_methods_sentence_names_is_in_the_configuration(tmp
                 if "." in key:
                     assert part in value, f"{name}: {key}"
                     value = value[part]
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs pdflatex (Debian: texlive-latex-recommended)")
+def test_figures_and_tables_compile_with_latex(files, tmp_path):
+    table = Files("run 7", "7")
+    table.metrics("learn", {"odd_name_%": 1.5, "warnings": "50 % & more: \\\\input{x} ² λ €"}, "1")
+    for name, content in (files.made | table.made).items():
+        (tmp_path / name).write_bytes(content)
+    names = sorted([*files.shown, *table.shown])
+    (tmp_path / "all.tex").write_text(latex_document("run 7 & others", names))
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "all.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=240, check=False)
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert f"({len(names)} pages" in done.stdout
