@@ -159,7 +159,7 @@ def test_a_persons_swing_on_an_arm_is_read_as_its_publisher_says(
     [
         ("phone/slide/Accelerometer.csv", "measure accelerations: 9.8 at rest"),
         ("phone/arch-in-hand/Acceleration.csv", "measure accelerations: 9.8 at rest"),
-        ("films/trflorian-ball.csv", "no three columns that can be a place"),
+        ("films/trflorian-ball.csv", "no three columns that can be a position"),
         ("kendama-video/images/IMG_4535-0000.jpg", "not a text file"),
     ],
 )

@@ -40,7 +40,7 @@ def table_readings(path: str, text: str, base: FileCapture, rate_hz: float | Non
     places = [one for one in found if not is_gravity(_raw(table, one))]
     if not places:
         listed = ", ".join(filter(None, table.labels_alone))[:160] or f"{table.width} columns without names"
-        problem = "no three columns that can be a place"
+        problem = "no three columns that can be a position"
         if found:
             problem = "its columns measure accelerations: 9.8 at rest"
         remedy = "give a recording of positions; name its columns like t_s,x_m,y_m,z_m"
@@ -135,7 +135,7 @@ def _reading(path: str, table: Table, one: Places, timed: _Times, unit_told: tup
     findings = [
         timed.finding,
         Finding(
-            "place",
+            "position",
             ", ".join(shown),
             f"named so{f', of {one.body}' if one.body else ''}" if any(table.labels) else "they lie side by side",
         ),
