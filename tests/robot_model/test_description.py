@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,12 +14,13 @@ from tests.robot_model.inertia import inertia_of
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
 GOOD = Path(bench_arm().path).read_text()
+NOT_GIVEN: dict[str, Any] = dict.fromkeys(PER_JOINT)
 
 
 def read(file: Path, tip_link: str | None = None, base_link: str | None = None, **given: object) -> Description:
     """The description at ``file`` as ``robot=urdf`` reads it."""
     named = {"path": str(file), "tip_link": tip_link, "base_link": base_link, **given}
-    return read_description(dataclasses.replace(bench_arm(), **dict.fromkeys(PER_JOINT), **named))
+    return read_description(dataclasses.replace(bench_arm(), **NOT_GIVEN, **named))
 
 
 def _refusal(tmp_path: Path, text: str, tip_link: str = "flange", base_link: str | None = None) -> InputError:
@@ -178,7 +180,7 @@ def test_a_tip_that_is_not_beyond_the_base_is_refused(tmp_path: Path) -> None:
 
 def test_a_chain_may_start_anywhere(tmp_path: Path) -> None:
     """What is before the base link is left out, and the base pose is that link's."""
-    arm = modelled(dataclasses.replace(bench_arm(), base_link="link_s3", **dict.fromkeys(PER_JOINT)))
+    arm = modelled(dataclasses.replace(bench_arm(), base_link="link_s3", **NOT_GIVEN))
     assert arm.joint_names == ("e1", "e2", "w1", "w2")
     pose = arm.new_body().skeleton.getBodyNode("link_s3").getWorldTransform().translation()
     assert pose == pytest.approx(bench_arm().base_position_m)
@@ -207,8 +209,7 @@ def test_joints_off_the_chain_are_held_fixed(tmp_path: Path) -> None:
 
 def test_the_number_of_home_angles_must_fit_the_arm() -> None:
     six = (0.0,) * 6
-    none = dict.fromkeys(PER_JOINT)
-    short = dataclasses.replace(bench_arm(), **{**none, "home_rad": six})
+    short = dataclasses.replace(bench_arm(), **{**NOT_GIVEN, "home_rad": six})
     with pytest.raises(InputError, match=r"has 7 moving joints on the way to 'flange', robot\.home_rad has 6"):
         modelled(short)
 
