@@ -19,7 +19,7 @@ NOT_GIVEN: dict[str, Any] = dict.fromkeys(PER_JOINT)
 
 def read(file: Path, tip_link: str | None = None, base_link: str | None = None, **given: object) -> Description:
     """The description at ``file`` as ``robot=urdf`` reads it."""
-    named = {"path": str(file), "tip_link": tip_link, "base_link": base_link, **given}
+    named: dict[str, Any] = {"path": str(file), "tip_link": tip_link, "base_link": base_link, **given}
     return read_description(dataclasses.replace(bench_arm(), **NOT_GIVEN, **named))
 
 
