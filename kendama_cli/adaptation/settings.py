@@ -19,22 +19,44 @@ class UncertaintySettings:
     stands for calibration, compliance and vibration, which unlike noise do not average out.
     """
 
-    name: str = setting("name in reports")
-    rope_m: float = setting("+- error of the rope's length [m]", at_least=0)
-    ball_start_m: float = setting("+- offset of the ball's start along x [m]", at_least=0)
-    mass_fraction: float = setting("+- error of the ball's mass, as a fraction of it", at_least=0, below=1)
-    drag_scale: tuple[float, float] = setting(
-        "minimum and maximum factor on the air's force, sampled on a logarithmic scale", above=0
+    name: str = setting("Name of these uncertainties in reports.")
+    rope_m: float = setting("The rope's length is wrong by up to this, either way [m].", at_least=0)
+    ball_start_m: float = setting(
+        "The ball starts up to this far from under the cup along x, either way [m].", at_least=0
     )
-    restitution: tuple[float, float] = setting("minimum and maximum of ball and cup", at_least=0, at_most=1)
-    lag_s: tuple[float, float] = setting("minimum and maximum first-order lag of the arm [s]", at_least=0)
-    cup_error_m: float = setting("amplitude of the cup's slow error along x [m]", at_least=0)
-    cup_error_hz: tuple[float, float] = setting("minimum and maximum frequency of that error [Hz]", above=0)
-    joint_noise_rad: float = setting("standard deviation of the joint angles read, every step [rad]", at_least=0)
-    joint_friction_nm: float = setting("up to this: Coulomb friction that nobody models [Nm]", at_least=0)
-    joint_friction_fraction: float = setting("fraction of each joint's friction that nobody models, always", at_least=0)
+    mass_fraction: float = setting("The ball's mass is wrong by up to this fraction, either way.", at_least=0, below=1)
+    drag_scale: tuple[float, float] = setting(
+        "Minimum and maximum factor on the air drag, sampled on a logarithmic scale.", above=0
+    )
+    restitution: tuple[float, float] = setting(
+        "Minimum and maximum coefficient of restitution between ball and cup; 1 loses no energy.", at_least=0, at_most=1
+    )
+    lag_s: tuple[float, float] = setting(
+        "Minimum and maximum time constant with which the arm lags behind its reference (first order) [s].", at_least=0
+    )
+    cup_error_m: float = setting(
+        "Amplitude of a sinusoidal error of the cup's position along x [m]. It stands for calibration errors, "
+        "compliance and vibration.",
+        at_least=0,
+    )
+    cup_error_hz: tuple[float, float] = setting(
+        "Minimum and maximum frequency of the cup's position error, sampled on a logarithmic scale [Hz].", above=0
+    )
+    joint_noise_rad: float = setting(
+        "Standard deviation of the noise that every reading of a joint angle has [rad].", at_least=0
+    )
+    joint_friction_nm: float = setting(
+        "Each joint has Coulomb friction of up to this that its controller does not model [Nm].", at_least=0
+    )
+    joint_friction_fraction: float = setting(
+        "Each joint has more friction than its controller models, by this fraction of its known friction, in "
+        "every perturbed simulation.",
+        at_least=0,
+    )
     min_reach_m: float = setting(
-        "a visual catch must be able to move the cup so far to either side while the ball flies [m]", at_least=0
+        "A visual catch must be able to move the cup this far to either side while the ball flies [m]. If the "
+        "arm cannot, the run stops before the search.",
+        at_least=0,
     )
 
     def __post_init__(self) -> None:
@@ -48,50 +70,82 @@ class UncertaintySettings:
 class SensorModelSettings:
     """Sensor model of simulated rollouts: the ball's position with noise, at a camera's rate, and late."""
 
-    rate_hz: float = setting("positions of the ball per second", above=0, at_most=1000)
+    rate_hz: float = setting(
+        "The simulated sensor measures the ball's position this often [Hz].", above=0, at_most=1000
+    )
     sigma_m: tuple[float, float, float] = setting(
-        "their standard deviations along x, y and z of the world [m]", above=0
+        "Standard deviations of the measured position along x, y and z of the world [m].", above=0
     )
-    latency_s: float = setting("time from the centre of the exposure to the command that uses it [s]", at_least=0)
+    latency_s: float = setting(
+        "Time from the middle of the exposure to the command that uses the image [s].", at_least=0
+    )
     observe_from_deg: float = setting(
-        "the test for free flight runs while the rope rises beyond this angle [deg]", at_least=0, below=180
+        "The test for free flight runs once the ball has risen beyond this angle from hanging [deg].",
+        at_least=0,
+        below=180,
     )
-    onset: OnsetSettings = setting("time at which the rope goes slack")
-    motion: MotionSettings = setting("confidence that the ball follows gravity and drag")
+    onset: OnsetSettings = setting("Test that finds the time at which the rope goes slack and the ball flies freely.")
+    motion: MotionSettings = setting("Model of how far a flying ball may deviate from gravity and drag.")
 
 
 @dataclass(frozen=True)
 class CorrectionSettings:
     """Correction of the planned motion by a visual catch: the cup is moved beside its plan."""
 
-    acceleration_m_s2: float = setting("maximum acceleration beside the plan's [m/s^2]", above=0)
-    max_shift_m: float = setting("maximum distance of the cup from its plan, before the catch or after it [m]", above=0)
-    matching: float = setting(
-        "part of the ball's horizontal speed that the cup wants to have at the catch", at_least=0, at_most=1
+    acceleration_m_s2: float = setting(
+        "Maximum acceleration that the correction adds to the planned motion [m/s^2].", above=0
     )
-    below_rim_m: float = setting("the cup is aimed at where the ball's centre is this far below the rim [m]")
-    max_sigma_m: float = setting("the cup follows estimates that are better than this [m]", above=0)
-    freeze_before_catch_s: float = setting("the plan is kept as it is for this long before the catch [s]", above=0)
-    braking_m_s2: float = setting("deceleration of the shift after the catch [m/s^2]", above=0)
+    max_shift_m: float = setting(
+        "The cup stays within this distance of its planned path, before the catch and after it [m].", above=0
+    )
+    matching: float = setting(
+        "Fraction of the ball's horizontal velocity that the cup should have at the catch. 1 meets the ball "
+        "without a horizontal impact.",
+        at_least=0,
+        at_most=1,
+    )
+    below_rim_m: float = setting(
+        "The ball's centre is this far below the rim at the point where the cup is to meet it [m]."
+    )
+    max_sigma_m: float = setting(
+        "The cup follows a predicted landing point once its standard deviation is below this [m].", above=0
+    )
+    freeze_before_catch_s: float = setting(
+        "The correction no longer changes during this time before the catch [s].", above=0
+    )
+    braking_m_s2: float = setting("After the catch the correction brakes with this deceleration [m/s^2].", above=0)
 
 
 @dataclass(frozen=True)
 class PolicySettings:
     """Settings of the search for the motion's shape (bumps on its path, goal and tau) in generations of rollouts."""
 
-    bumps: int = setting("bumps along x, and as many along z, equal in time", at_least=1, at_most=12)
-    spread_m: float = setting("first standard deviation of the bumps' heights and of the goal [m]", above=0)
-    spread_tau: float = setting("first standard deviation of the logarithm of tau_scale", above=0)
+    bumps: int = setting(
+        "Number of bumps added to the path along x, and as many along z, evenly spaced in time. More bumps "
+        "allow more shapes and slow the search.",
+        at_least=1,
+        at_most=12,
+    )
+    spread_m: float = setting("Initial standard deviation of the bumps' heights and of the goal's shift [m].", above=0)
+    spread_tau: float = setting("Initial standard deviation of the logarithm of tau_scale.", above=0)
     goal_moves: tuple[float, float] = setting(
-        "fraction of the motion within which the goal's move is made", at_least=0, at_most=1
+        "The goal moves between these two fractions of the motion's duration.", at_least=0, at_most=1
     )
-    generation: int = setting("rollouts between two changes of the policy, in one perturbed simulation", at_least=4)
-    max_rollouts: int = setting("rollouts of the search, without the repeats that evaluate it", at_least=4)
+    generation: int = setting(
+        "Rollouts between two updates of the policy, all in one perturbed simulation.", at_least=4
+    )
+    max_rollouts: int = setting(
+        "The search ends after this many rollouts; rollouts that evaluate a motion do not count.", at_least=4
+    )
     stop_at: tuple[int, int] = setting(
-        "the search ends when so many of so many repeats after a generation are caught", at_least=1
+        "The search ends when at least the first number of catches is reached in the second number of "
+        "repeats, which follow a generation.",
+        at_least=1,
     )
-    elite: int = setting("power: the best rollouts of all, from which the policy is made", at_least=1)
-    reward_m: float = setting("power: a miss larger by this is worth 1/e", above=0)
+    elite: int = setting("The policy is updated from this many of the best rollouts so far (search=power).", at_least=1)
+    reward_m: float = setting(
+        "A miss that is larger by this distance earns 1/e of the reward (search=power) [m].", above=0
+    )
 
     def __post_init__(self) -> None:
         first, last = self.goal_moves
@@ -117,36 +171,57 @@ class AdaptSettings:
     line: LineSettings
     policy: PolicySettings
     search: Literal["tau", "aim", "cma", "power", "random"] = setting(
-        "tau: windows of tau, then goal and size; aim: the motion is changed by what each rollout missed; cma, "
-        "power: the motion's shape; random: their baseline"
+        "Method of the search. 'tau' tries windows of tau, then goals and sizes; 'aim' corrects the motion by "
+        "the miss of each rollout; 'cma' and 'power' change the motion's shape, and 'random' is their "
+        "baseline."
     )
     simulations: Literal["fresh", "held"] = setting(
-        "fresh: every rollout is perturbed anew; held: one perturbed simulation, as one real arm and kendama, in which "
-        "only the ball's start and the noise are new"
+        "Perturbations of the rollouts. 'fresh' samples new ones for every rollout; 'held' keeps one "
+        "perturbed simulation, like one real arm and kendama, in which only the ball's start and the noise "
+        "change."
     )
-    swing_scale: float = setting("factor on the motion's size with which every search begins", above=0)
+    swing_scale: float = setting("Every search starts with the motion scaled by this factor in space.", above=0)
     catch: Literal["visual", "open_loop"] = setting(
-        "visual: while the ball flies the cup goes where it is seen to come down; open_loop: the motion plays as "
-        "planned"
+        "Method of the catch. 'visual' moves the cup to where the flying ball is seen to land; 'open_loop' "
+        "plays the motion as planned."
     )
     placement: Literal["fixed", "search"] = setting(
-        "fixed: the arm stands as conf/robot says; search: a placement is found for this motion first"
+        "Position of the arm's base. 'fixed' takes it from conf/robot; 'search' finds one for this motion first."
     )
-    tau_range: tuple[float, float] = setting("minimum and maximum tau_scale to try", above=0)
-    tau_start: float = setting("tau_scale tried first", above=0)
-    tau_step: float = setting("spacing of the tau_scale grid on which windows are looked for", above=0)
-    tau_resolution: float = setting("windows narrower than this are not looked for", above=0)
-    amplitudes: tuple[float, ...] = setting("factors on the motion's size, tried in turn if all else fails", above=0)
-    max_shift_m: float = setting("maximum shift of the goal while the ball flies, if tau alone fails [m]", at_least=0)
-    max_rollouts: int = setting("rollouts of the search without those that evaluate its finds", at_least=1)
-    repeats: int = setting("fresh perturbed repeats of the chosen motion: success_rate is over these", at_least=1)
+    tau_range: tuple[float, float] = setting(
+        "Minimum and maximum tau_scale that the search tries. A larger tau_scale plays the motion more slowly.", above=0
+    )
+    tau_start: float = setting("The search tries this tau_scale first.", above=0)
+    tau_step: float = setting(
+        "Spacing of the grid of tau_scale on which the search looks for windows that catch. A coarser grid "
+        "needs fewer rollouts and may miss a window.",
+        above=0,
+    )
+    tau_resolution: float = setting("The search ignores windows of tau_scale that are narrower than this.", above=0)
+    amplitudes: tuple[float, ...] = setting(
+        "If no tau and no goal catches, the motion is scaled by these factors in turn.", above=0
+    )
+    max_shift_m: float = setting(
+        "If tau alone fails, the search shifts the goal by up to this while the ball flies [m].", at_least=0
+    )
+    max_rollouts: int = setting(
+        "The search ends after this many rollouts; rollouts that evaluate a motion do not count.", at_least=1
+    )
+    repeats: int = setting(
+        "The chosen motion is evaluated in this many fresh perturbed simulations, which give success_rate. "
+        "More repeats narrow its interval.",
+        at_least=1,
+    )
     tilt_fraction: float = setting(
-        "fraction of the demonstrated tilt of the cup that is played, less where the arm cannot; 0: upright",
+        "The arm plays this fraction of the demonstrated tilt of the cup, or less if it cannot reach it. 0 "
+        "keeps the cup upright.",
         at_least=0,
         at_most=1,
     )
-    hold_s: float = setting("time for which the cup is held after the motion [s]", above=0)
-    lead_in_m_s2: float = setting("acceleration that brings the cup to a motion that begins moving [m/s^2]", above=0)
+    hold_s: float = setting("The arm holds the cup still for this long after the motion [s].", above=0)
+    lead_in_m_s2: float = setting(
+        "If a motion starts at a velocity, the cup is brought to it with this acceleration [m/s^2].", above=0
+    )
 
     def __post_init__(self) -> None:
         low, high = self.tau_range

@@ -12,7 +12,7 @@ Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 Axes = tuple[Axis, Axis, Axis]
 """Which axis of the source is our x, y and z: [x, -z, y] where its y points up."""
 Handedness = Literal["right", "left"]
-HANDEDNESS = "handedness of the source's axes (Unity's are left), in which its orientations are given; unused without"
+HANDEDNESS = "Handedness of the axes in which the file gives its orientations; Unity's are left-handed."
 
 
 def to_ours(axes: Axes) -> tuple[tuple[float, ...], ...]:

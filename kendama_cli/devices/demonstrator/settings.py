@@ -14,7 +14,10 @@ from kendama_cli.schema.units import LengthUnit, TimeUnit
 Column = int | str | None
 MAX_DISTANCE_M = 50.0
 """No tracker sees so far: positions beyond are in another unit."""
-TIMES = "even: stamps that stray from a steady rate by less than 50 ms are put there; stamps: as they are"
+TIMES = (
+    "Use of the time stamps: 'even' moves stamps to a steady rate if they deviate from it by less than 50 ms, "
+    "'stamps' takes them unchanged."
+)
 DEMONSTRATORS = Registry("kendama.demonstrators", "demonstrator")
 
 
@@ -22,22 +25,25 @@ DEMONSTRATORS = Registry("kendama.demonstrators", "demonstrator")
 class ColumnSettings:
     """Columns of the quantities: a number (counted from ``column_base``) or a name of the header row."""
 
-    time: int | str | None = setting("column of the time stamps; null where rate_hz gives the time")
-    x: int | str | None = setting("column of x, which lies in the swing plane")
-    y: int | str | None = setting("column of y, sideways; null for a swing recorded in its plane (y = 0)")
-    z: int | str | None = setting("column of z, which points up")
+    time: int | str | None = setting("Column of the time stamps; null if rate_hz gives the time.")
+    x: int | str | None = setting("Column of x, the horizontal axis in the swing plane.")
+    y: int | str | None = setting(
+        "Column of y, the axis across the swing plane; null for a swing recorded in the plane (y = 0)."
+    )
+    z: int | str | None = setting("Column of z, the axis that points up.")
 
 
 @dataclass(frozen=True)
 class RotationSettings:
     """Columns of the orientation's unit quaternion, as ``ColumnSettings``; all null: only positions are there."""
 
-    w: int | str | None = setting("column of its real part")
-    x: int | str | None = setting("column of its part along x, whose sign is that of the position")
-    y: int | str | None = setting("column of its part along y")
-    z: int | str | None = setting("column of its part along z")
+    w: int | str | None = setting("Column of the quaternion's real part.")
+    x: int | str | None = setting("Column of the quaternion's x component, which has the sign of the position's x.")
+    y: int | str | None = setting("Column of the quaternion's y component.")
+    z: int | str | None = setting("Column of the quaternion's z component.")
     upright: Literal["start", "given"] = setting(
-        "start: the cup is upright where the swing begins; given: the quaternion rotates the upright cup"
+        "Reference of the orientation: 'start' takes the cup as upright where the swing starts, 'given' takes "
+        "the quaternion as the rotation from the upright cup."
     )
 
 
@@ -45,23 +51,31 @@ class RotationSettings:
 class SignSettings:
     """Signs that flip an axis (-1)."""
 
-    x: Literal[1, -1] = setting("sign of x")
-    y: Literal[1, -1] = setting("sign of y")
-    z: Literal[1, -1] = setting("sign of z")
+    x: Literal[1, -1] = setting("Sign of x; -1 flips the axis.")
+    y: Literal[1, -1] = setting("Sign of y; -1 flips the axis.")
+    z: Literal[1, -1] = setting("Sign of z; -1 flips the axis.")
 
 
 @dataclass(frozen=True)
 class PlausibleSettings:
     """Ranges of a hand's swing; outside, units or rate are assumed wrong."""
 
-    min_extent_m: float = setting("smallest extent of a swing along its widest axis [m]", above=0)
-    max_extent_m: float = setting("largest extent of a swing along any axis [m]", above=0)
-    min_peak_speed_m_s: float = setting("smallest peak speed of a swing [m/s]", above=0)
-    max_speed_m_s: float = setting("largest speed between neighbouring samples [m/s]", above=0)
-    max_acceleration_m_s2: float = setting("largest acceleration over 10 ms that a hand reaches [m/s^2]", above=0)
-    min_duration_s: float = setting("shortest swing [s]", above=0)
+    min_extent_m: float = setting(
+        "Minimum extent of a swing along its longest axis [m]. Smaller ones point to a wrong unit.", above=0
+    )
+    max_extent_m: float = setting(
+        "Maximum extent of a swing along any axis [m]. Larger ones point to a wrong unit.", above=0
+    )
+    min_peak_speed_m_s: float = setting(
+        "Minimum peak speed of a swing [m/s]. Slower ones point to a wrong unit or rate.", above=0
+    )
+    max_speed_m_s: float = setting(
+        "Maximum speed between neighbouring samples [m/s]. Higher ones point to a wrong unit or rate.", above=0
+    )
+    max_acceleration_m_s2: float = setting("Maximum acceleration over 10 ms that a hand reaches [m/s^2].", above=0)
+    min_duration_s: float = setting("Minimum duration of a swing [s].", above=0)
     axes: Literal["refuse", "warn", "off"] = setting(
-        "reaction to a path that is a swing along other axes than the declared ones, or under rotated gravity"
+        "Reaction if the path looks like a swing along other axes than those declared, or under rotated gravity."
     )
 
 
@@ -74,23 +88,35 @@ class FileCapture:
     sign: SignSettings
     rotation: RotationSettings
     plausible: PlausibleSettings
-    path: str | tuple[str, ...] | None = setting("file, glob or list of them; each is a demonstration", file=True)
-    format: Literal["auto", "text", "mcap"] = setting("auto: MCAP by its magic bytes, text otherwise")
-    delimiter: Literal["auto", "comma", "semicolon", "tab", "pipe", "whitespace"] = setting("between the cells")
-    comment: str = setting("a line that begins with this is skipped; empty for none")
-    header_rows: int | None = setting("rows before the data, the last of them the names; null: found", at_least=0)
-    first_row: int = setting("first data row that is read, counted from 1", at_least=1)
-    last_row: int | None = setting("last data row that is read; null: all", at_least=1)
-    column_base: Literal[0, 1] = setting("number of the first column where columns are given by number")
-    unit: LengthUnit = setting("unit of the positions in text files (MCAP holds metres)")
-    time_unit: TimeUnit = setting("unit of the time column")
-    rate_hz: float | None = setting("sampling rate where there is no time column [Hz]", above=0, at_most=1e5)
+    path: str | tuple[str, ...] | None = setting(
+        "File, glob or list of files; each file is one demonstration or more.", file=True
+    )
+    format: Literal["auto", "text", "mcap"] = setting(
+        "Format of the files; 'auto' recognises MCAP by its first bytes and takes all others as text."
+    )
+    delimiter: Literal["auto", "comma", "semicolon", "tab", "pipe", "whitespace"] = setting(
+        "Character between the cells; 'auto' finds it."
+    )
+    comment: str = setting("Lines that start with this are skipped; leave it empty if there are none.")
+    header_rows: int | None = setting(
+        "Number of rows before the data, of which the last names the columns; null finds it.", at_least=0
+    )
+    first_row: int = setting("First data row that is read, counted from 1.", at_least=1)
+    last_row: int | None = setting("Last data row that is read; null reads all.", at_least=1)
+    column_base: Literal[0, 1] = setting("Number of the first column if columns are given by number.")
+    unit: LengthUnit = setting("Unit of the positions in text files; MCAP holds metres.")
+    time_unit: TimeUnit = setting("Unit of the time column.")
+    rate_hz: float | None = setting("Sampling rate if there is no time column [Hz].", above=0, at_most=1e5)
     times: Literal["even", "stamps"] = setting(TIMES, absent="even")
-    gap_factor: float = setting("a time step above this multiple of the median step is a gap", above=1)
-    segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
+    gap_factor: float = setting("A time step longer than this multiple of the median step counts as a gap.", above=1)
+    segments: Literal["auto", "one"] = setting(
+        "Swings in one file: 'auto' splits it where the hand rests, 'one' takes it as one swing."
+    )
     handedness: Handedness = setting(HANDEDNESS, absent="right")
-    topic: str | None = setting("MCAP: topic of the cup's poses or transforms; null: the only one, or /capture/cup")
-    child: str | None = setting("MCAP: child_frame_id of the cup; null: each child is a demonstration")
+    topic: str | None = setting(
+        "MCAP topic of the cup's poses or transforms; null takes the only one, or /capture/cup."
+    )
+    child: str | None = setting("MCAP child_frame_id of the cup; null takes each child frame as a demonstration.")
 
     def __post_init__(self) -> None:
         if not self.path:

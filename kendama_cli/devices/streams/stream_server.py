@@ -18,12 +18,16 @@ USUAL_UNIT: Mapping[str, LengthUnit] = {"openigtlink": "mm", "vrpn": "m"}
 class StreamServer:
     """A server that streams poses, by OpenIGTLink or VRPN."""
 
-    protocol: Literal["openigtlink", "vrpn"] = setting("protocol of the server")
-    host: str = setting("address of the server")
+    protocol: Literal["openigtlink", "vrpn"] = setting("Protocol of the server.")
+    host: str = setting("Address of the server.")
     port: int | None = setting(
-        "TCP port of the server; null: the usual one, 18944 or 3883 (VRPN)", at_least=1, at_most=65535
+        "TCP port of the server; null takes the usual one, 18944 (OpenIGTLink) or 3883 (VRPN).",
+        at_least=1,
+        at_most=65535,
     )
-    unit: LengthUnit | None = setting("unit of the positions that it sends; null: the usual one, mm or m (VRPN)")
+    unit: LengthUnit | None = setting(
+        "Unit of the positions that the server sends; null takes the usual one, mm (OpenIGTLink) or m (VRPN)."
+    )
 
     @property
     def spoken_port(self) -> int:
