@@ -37,7 +37,7 @@ class RandomReplaySettings:
 
     kind: Literal["random_replay"]
     after_failure: float = setting(
-        "probability that the rollout after a replay that failed samples anew", at_least=0, at_most=1
+        "Probability that the rollout after a failed replay samples a new harmonic.", at_least=0, at_most=1
     )
 
 
@@ -60,12 +60,16 @@ class EnergyPumpingSettings:
     """
 
     kind: Literal["energy_pumping"]
-    height: float = setting("desired height of the ball's turning point over the tie, in rope lengths")
-    gain: float = setting("acceleration per missing energy [1/m]", above=0)
-    lead_rad: float = setting("lead of the pumping over the ball's angle [rad]")
-    braking: float = setting("fraction of the gain with which too much energy is taken out", at_least=0)
-    stiffness_per_s2: float = setting("spring of the cup toward the centre [1/s^2]", at_least=0)
-    damping_per_s: float = setting("damping of the cup [1/s]", at_least=0)
+    height: float = setting("Desired height of the ball's turning point above the tie point, in rope lengths.")
+    gain: float = setting(
+        "Acceleration per missing energy (per mass) [1/m]. A larger gain swings the ball up faster.", above=0
+    )
+    lead_rad: float = setting("Phase by which the pumping leads the ball's angle [rad].")
+    braking: float = setting("Excess energy is removed with this fraction of the gain.", at_least=0)
+    stiffness_per_s2: float = setting(
+        "Stiffness of the spring that pulls the cup to the centre, per mass [1/s^2].", at_least=0
+    )
+    damping_per_s: float = setting("Damping of the cup's motion, per mass [1/s].", at_least=0)
 
 
 LEARNERS = Registry("kendama.learners", "learner")
@@ -83,16 +87,22 @@ class LearnerSettings(Protocol):
 class HarmonicSettings:
     """A harmonic A cos(w t + phase) drives the whole rollout, all three sampled at random (equations.md)."""
 
-    band_rad_s: tuple[float, float] = setting("range of the angular frequency w [rad/s]", above=0)
+    band_rad_s: tuple[float, float] = setting("Range of the angular frequency w [rad/s].", above=0)
     amplitude: tuple[float, float] = setting(
-        "range of A as a fraction of the maximum action, or of the workspace's half width", above=0
+        "Range of the amplitude A, as a fraction of the maximum action, or of the workspace's half width if "
+        "the position is driven.",
+        above=0,
     )
     drives: Literal["acceleration", "position", "auto"] = setting(
-        "quantity of the cup that is harmonic; 'auto': the acceleration if a limiter keeps the cup inside, else the "
-        "position"
+        "Quantity of the cup that follows the harmonic. 'auto' takes the acceleration if a limiter keeps the "
+        "cup in the workspace, and the position if none does."
     )
-    phase: Literal["quarter", "any"] = setting("'quarter': +-pi/2, it starts from zero; 'any': uniform")
-    bang_bang: bool = setting("use only the sign of the desired acceleration, at the maximum action")
+    phase: Literal["quarter", "any"] = setting(
+        "Phase of the harmonic: 'quarter' is pi/2 or -pi/2, which starts from zero; 'any' is uniform."
+    )
+    bang_bang: bool = setting(
+        "If true, the cup accelerates with the maximum action in the direction of the desired acceleration."
+    )
 
     def __post_init__(self) -> None:
         for key in ("band_rad_s", "amplitude"):
@@ -110,24 +120,35 @@ class ExplorationSettings:
     epsilon / (1 + k / decay) in rollout k.
     """
 
-    kind: Literal["harmonic", "epsilon_greedy"] = setting("actions of an exploring rollout")
+    kind: Literal["harmonic", "epsilon_greedy"] = setting(
+        "Actions of an exploring rollout: a harmonic for the whole rollout, or random ones by epsilon-greedy."
+    )
     after_failure: float = setting(
-        "probability that the rollout after a greedy failure explores", at_least=0, at_most=1
+        "Probability that the rollout after a greedy failure explores.", at_least=0, at_most=1
     )
-    in_a_row: int = setting("exploring rollouts that follow one another then", above=0)
+    in_a_row: int = setting("Number of exploring rollouts that then follow one another.", above=0)
     mutation_fraction: float = setting(
-        "fraction of the harmonics that vary one of the best before, once there is one", at_least=0, at_most=1
+        "Fraction of the harmonics that are mutations of one of the best so far, once there is one. The "
+        "others are sampled anew.",
+        at_least=0,
+        at_most=1,
     )
-    amplitude_spread: float = setting("standard deviation of the varied amplitude's factor", at_least=0, below=0.5)
-    frequency_spread: float = setting("standard deviation of the varied frequency's factor", at_least=0, below=0.5)
+    amplitude_spread: float = setting(
+        "Standard deviation of the factor by which a mutation scales the amplitude.", at_least=0, below=0.5
+    )
+    frequency_spread: float = setting(
+        "Standard deviation of the factor by which a mutation scales the frequency.", at_least=0, below=0.5
+    )
     spread_scales: tuple[float, float] = setting(
-        "until the first success, range of a factor on both spreads, sampled anew on a logarithmic scale each time",
+        "Range of a factor on both spreads, sampled on a logarithmic scale for each mutation until the first success.",
         above=0,
         at_most=10,
     )
-    elite_size: int = setting("so many harmonics, those that ended with the maximum rewards, are varied", above=0)
-    epsilon: float = setting("probability of a random action in the first rollout", at_least=0, at_most=1)
-    decay_rollouts: float = setting("rollouts after which epsilon is halved", above=0)
+    elite_size: int = setting(
+        "This many harmonics with the highest rewards so far are candidates for mutation.", above=0
+    )
+    epsilon: float = setting("Probability of a random action in the first rollout.", at_least=0, at_most=1)
+    decay_rollouts: float = setting("Epsilon has halved after this many rollouts.", above=0)
 
     def __post_init__(self) -> None:
         low, high = self.spread_scales
@@ -146,15 +167,15 @@ class GridSettings:
     """Bins of the plain state: n edges cut a line into n + 1 bins, n equal bins cut the circle."""
 
     position: Literal["side", "distance", "mirrored"] = setting(
-        "'side' bins the cup's position x, 'distance' bins |x| from the centre of the workspace, 'mirrored' bins |x| "
-        "and mirrors left and right where x < 0"
+        "Binned position of the cup. 'side' bins x, 'distance' bins |x|, and 'mirrored' bins |x| and mirrors "
+        "the whole state where x < 0."
     )
-    position_edges_m: tuple[float, ...] = setting("edges between the bins of the cup's position [m]")
-    velocity_edges_m_s: tuple[float, ...] = setting("edges between the bins of the cup's velocity [m/s]")
+    position_edges_m: tuple[float, ...] = setting("Edges between the bins of the cup's position [m].")
+    velocity_edges_m_s: tuple[float, ...] = setting("Edges between the bins of the cup's velocity [m/s].")
     angle_bins: int = setting(
-        "equal bins of the ball's angle over the full circle, the first centred on hanging", above=0
+        "Number of equal bins of the ball's angle over the full circle; the first is centred on hanging.", above=0
     )
-    rate_edges_rad_s: tuple[float, ...] = setting("edges between the bins of the ball's angular velocity [rad/s]")
+    rate_edges_rad_s: tuple[float, ...] = setting("Edges between the bins of the ball's angular velocity [rad/s].")
 
     def __post_init__(self) -> None:
         for key in ("position_edges_m", "velocity_edges_m_s", "rate_edges_rad_s"):
@@ -167,8 +188,8 @@ class DecisionSettings:
     these.
     """
 
-    min_s: float = setting("an action is held at least this long [s]", above=0)
-    max_s: float = setting("a new action is chosen after this long even in the same binned state [s]", above=0)
+    min_s: float = setting("An action is held for at least this long [s].", above=0)
+    max_s: float = setting("A new action is chosen after this long even if the binned state is the same [s].", above=0)
 
     def __post_init__(self) -> None:
         if self.max_s < self.min_s:
@@ -195,20 +216,37 @@ class LearnSettings:
     validation: ValidationSettings
     count: CountSettings
     engine: EngineSettings
-    task: str = setting("the task's name: a policy is refused where the configuration has another task")
-    alpha: float = setting("learning rate of the first rollout", above=0, at_most=1)
-    alpha_decay_rollouts: float = setting("rollouts after which the learning rate is halved", above=0)
-    gamma: float = setting("discount from action to action", at_least=0, at_most=1)
-    trace_decay: float = setting("lambda of the eligibility traces", at_least=0, at_most=1)
-    update: Literal["sarsa", "q"] = setting("the target that the value of a choice moves to")
-    acting: Literal["latest", "streak_mean"] = setting(
-        "values to act by: the 'latest', or the 'streak_mean' of those after each success in a row so far"
+    task: str = setting("Name of the task. A stored policy is refused if the configuration has another task.")
+    alpha: float = setting(
+        "Learning rate of the first rollout. Larger values learn faster and forget faster.", above=0, at_most=1
     )
-    initial_q: float = setting("value of every entry of the table before learning")
-    replay_passes: int = setting("times that a finished rollout is gone through again", at_least=0)
-    actions_m_s2: tuple[float, ...] = setting("accelerations of the cup to choose from, rising [m/s^2]")
-    rollout_s: float = setting("maximum duration of a rollout [s]", above=0)
-    step_s: float = setting("time step of the dynamics and of the readings [s]", above=0)
+    alpha_decay_rollouts: float = setting("The learning rate has halved after this many rollouts.", above=0)
+    gamma: float = setting(
+        "Discount factor from one action to the next. Values near 1 give distant rewards more weight.",
+        at_least=0,
+        at_most=1,
+    )
+    trace_decay: float = setting(
+        "Decay lambda of the eligibility traces. 0 updates the last action only; 1 updates the whole rollout.",
+        at_least=0,
+        at_most=1,
+    )
+    update: Literal["sarsa", "q"] = setting(
+        "Target of the update: 'sarsa' uses the value of the next action taken, 'q' that of the best one."
+    )
+    acting: Literal["latest", "streak_mean"] = setting(
+        "Values that choose the actions: the 'latest', or the 'streak_mean' over those after each success of "
+        "the current streak."
+    )
+    initial_q: float = setting("All entries of the table have this value before learning.")
+    replay_passes: int = setting(
+        "A finished rollout is replayed this many times to update the table again.", at_least=0
+    )
+    actions_m_s2: tuple[float, ...] = setting(
+        "Accelerations of the cup that the policy chooses from, in rising order [m/s^2]."
+    )
+    rollout_s: float = setting("Maximum duration of a rollout [s].", above=0)
+    step_s: float = setting("Time step of the dynamics and of the readings [s].", above=0)
 
     def __post_init__(self) -> None:
         _check_rising("actions_m_s2", self.actions_m_s2)

@@ -19,19 +19,22 @@ class GoalSettings:
     window, and a catch is predicted to be within reach as if the rope were slack. 'reached': the window alone.
     """
 
-    angle_deg: float = setting("desired angle of the ball from hanging, on either side [deg]", above=0, at_most=180)
-    tolerance_deg: float = setting("allowed deviation of the angle [deg]", above=0)
-    min_rate_rad_s: float = setting("minimum angular velocity away from hanging [rad/s]")
-    max_rate_rad_s: float = setting("maximum angular velocity away from hanging [rad/s]")
-    success: Literal["caught", "catchable", "reached"] = setting(
-        "'caught': released there and caught; 'catchable': there with a catch predicted within reach; 'reached': there"
+    angle_deg: float = setting("Desired angle of the ball from hanging, on either side [deg].", above=0, at_most=180)
+    tolerance_deg: float = setting(
+        "Maximum deviation from the desired angle [deg]. A larger value makes the task easier.", above=0
     )
-    slack_s: float = setting("the ball is released once the rope has been slack for so long [s]", above=0)
+    min_rate_rad_s: float = setting("Minimum angular velocity of the ball away from hanging [rad/s].")
+    max_rate_rad_s: float = setting("Maximum angular velocity of the ball away from hanging [rad/s].")
+    success: Literal["caught", "catchable", "reached"] = setting(
+        "Condition of success in the goal's window. 'caught' needs a release and a catch, 'catchable' a "
+        "predicted catch within reach, and 'reached' the window alone."
+    )
+    slack_s: float = setting("The ball is released once the rope has been slack for this long [s].", above=0)
     landing_limit_m: float = setting(
-        "maximum |x| at which the freely flying ball may come down to the rim to be catchable [m]", above=0
+        "A ball is catchable if it comes down to the rim within this distance of the centre [m].", above=0
     )
     catch_acceleration_m_s2: float = setting(
-        "maximum acceleration with which the cup goes to meet the ball [m/s^2]", above=0
+        "Maximum acceleration of the cup when it moves to catch the ball [m/s^2].", above=0
     )
 
     def __post_init__(self) -> None:
@@ -47,14 +50,16 @@ class GoalSettings:
 class RewardSettings:
     """Reward of the final state, of each action and of displacement."""
 
-    goal: float = setting("reward of success")
-    missed: float = setting("reward of a release whose ball just misses the cup; it falls to 0 with the distance")
-    missed_range_m: float = setting("distance from the cup at which a miss is worth nothing any more [m]", above=0)
-    timeout: float = setting("reward when time is up")
-    outside: float = setting("reward on leaving the workspace (only where that ends the rollout)")
-    step: float = setting("reward of each action")
-    displacement_per_m: float = setting("penalty of each action per metre of |x| beyond the free range", at_least=0)
-    displacement_free_m: float = setting("|x| up to which displacement costs nothing [m]", at_least=0)
+    goal: float = setting("Reward of success.")
+    missed: float = setting("Reward of a release whose ball only just misses the cup. It falls to 0 with the distance.")
+    missed_range_m: float = setting("Distance from the cup at which the reward of a miss has fallen to 0 [m].", above=0)
+    timeout: float = setting("Reward when the time of the rollout is up.")
+    outside: float = setting("Reward for leaving the workspace, if that ends the rollout.")
+    step: float = setting("Reward of each action. A negative value favours short rollouts.")
+    displacement_per_m: float = setting(
+        "Penalty of each action per metre that the cup is beyond the free range.", at_least=0
+    )
+    displacement_free_m: float = setting("The cup has no penalty within this distance of the centre [m].", at_least=0)
 
 
 @dataclass(frozen=True)
@@ -62,9 +67,13 @@ class LimitedWorkspace:
     """A braking limiter keeps the cup inside: it always leaves enough distance to stop."""
 
     kind: Literal["limit"]
-    half_width_m: float = setting("the cup stays within this distance of the centre [m]", above=0)
-    max_speed_m_s: float = setting("maximum speed of the cup [m/s]", above=0)
-    braking_m_s2: float = setting("deceleration that the limiter counts on; below the maximum action [m/s^2]", above=0)
+    half_width_m: float = setting("The cup stays within this distance of the centre [m].", above=0)
+    max_speed_m_s: float = setting("Maximum speed of the cup [m/s].", above=0)
+    braking_m_s2: float = setting(
+        "Deceleration that the limiter relies on to stop the cup in the workspace; it must be below the "
+        "maximum action [m/s^2].",
+        above=0,
+    )
 
 
 @dataclass(frozen=True)
@@ -72,8 +81,8 @@ class TerminatingWorkspace:
     """Leaving the workspace ends the rollout with the reward 'outside'; only the speed is limited."""
 
     kind: Literal["terminate"]
-    half_width_m: float = setting("leaving this distance of the centre ends the rollout [m]", above=0)
-    max_speed_m_s: float = setting("maximum speed of the cup [m/s]", above=0)
+    half_width_m: float = setting("The rollout ends when the cup is farther than this from the centre [m].", above=0)
+    max_speed_m_s: float = setting("Maximum speed of the cup [m/s].", above=0)
 
 
 WorkspaceSettings = LimitedWorkspace | TerminatingWorkspace
@@ -83,11 +92,19 @@ WorkspaceSettings = LimitedWorkspace | TerminatingWorkspace
 class NoiseSettings:
     """Standard deviations of what differs from rollout to rollout and from reading to reading."""
 
-    start_angle_deg: float = setting("ball's angle at the start of a rollout [deg]", at_least=0)
-    start_position_m: float = setting("cup's position at the start of a rollout [m]", at_least=0)
-    angle_reading_deg: float = setting("each reading of the ball's angle [deg]", at_least=0)
-    rate_reading_rad_s: float = setting("each reading of the ball's angular velocity [rad/s]", at_least=0)
-    acceleration: float = setting("relative error of each action's acceleration", at_least=0, below=0.25)
+    start_angle_deg: float = setting(
+        "Standard deviation of the ball's angle at the start of a rollout [deg].", at_least=0
+    )
+    start_position_m: float = setting(
+        "Standard deviation of the cup's position at the start of a rollout [m].", at_least=0
+    )
+    angle_reading_deg: float = setting("Standard deviation of each reading of the ball's angle [deg].", at_least=0)
+    rate_reading_rad_s: float = setting(
+        "Standard deviation of each reading of the ball's angular velocity [rad/s].", at_least=0
+    )
+    acceleration: float = setting(
+        "Standard deviation of the relative error of each action's acceleration.", at_least=0, below=0.25
+    )
 
 
 @dataclass(frozen=True)
@@ -113,14 +130,20 @@ EngineSettings = DartEngine | RailEngine
 class RandomisationSettings:
     """Domain randomisation (Tobin et al. 2017): how bodies differ; values are uniform, new in every rollout."""
 
-    rope: float = setting("+- relative error of the rope's length", at_least=0, below=0.5)
-    drag: tuple[float, float] = setting("range of a factor on the air's drag", at_least=0)
-    noise: tuple[float, float] = setting("range of a factor on all noise", at_least=0)
-    acceleration: float = setting("+- relative error of all accelerations of a rollout", at_least=0, below=0.5)
-    angle_deg: float = setting("+- offset of all readings of the ball's angle in a rollout [deg]", at_least=0)
-    delay_s: float = setting("an acceleration takes effect up to so much later [s]", at_least=0)
+    rope: float = setting("The rope's length differs by up to this fraction, either way.", at_least=0, below=0.5)
+    drag: tuple[float, float] = setting("Range of a factor on the air drag.", at_least=0)
+    noise: tuple[float, float] = setting("Range of a factor on all noise.", at_least=0)
+    acceleration: float = setting(
+        "All accelerations of a rollout differ by up to this fraction, either way.", at_least=0, below=0.5
+    )
+    angle_deg: float = setting(
+        "All readings of the ball's angle in a rollout are off by up to this, either way [deg].", at_least=0
+    )
+    delay_s: float = setting("Accelerations take effect up to this much later [s].", at_least=0)
     workspace_shrink: float = setting(
-        "the workspace is narrower by a fraction up to this, and slower, as for a longer rope", at_least=0, below=0.5
+        "The workspace is narrower and its maximum speed lower by up to this fraction, as with a longer rope.",
+        at_least=0,
+        below=0.5,
     )
 
     def __post_init__(self) -> None:
@@ -135,21 +158,21 @@ class ValidationSettings:
     """The rollouts that validate a learned policy, without learning, before it is frozen."""
 
     randomisation: RandomisationSettings
-    engine: EngineSettings | None = setting("engine of the dynamics of these rollouts; null: learn.engine")
+    engine: EngineSettings | None = setting("Physics engine of these rollouts; null takes learn.engine.")
 
 
 @dataclass(frozen=True)
 class CountSettings:
     """Rule by which the swing-up counts as learned, and limits of its rollouts (kendama_cli/learning/statistics.py)."""
 
-    learned_streak: int = setting("greedy successes in a row that count as learned", above=0)
-    max_rollouts: int = setting("rollouts after which learning has failed", above=0)
+    learned_streak: int = setting("The swing-up counts as learned after this many greedy successes in a row.", above=0)
+    max_rollouts: int = setting("Learning fails after this many rollouts.", above=0)
     solved_streak: int = setting(
-        "greedy successes in a row that count as solved, when the policy is frozen; until then, or max_rollouts, "
-        "learning continues",
+        "The swing-up counts as solved after this many greedy successes in a row, and the policy is frozen. "
+        "Until then, or until max_rollouts, learning continues.",
         above=0,
     )
-    evaluation_rollouts: int = setting("rollouts of the frozen policy", above=0)
+    evaluation_rollouts: int = setting("The frozen policy is evaluated in this many rollouts.", above=0)
 
     def __post_init__(self) -> None:
         for key in ("solved_streak", "max_rollouts"):

@@ -19,26 +19,28 @@ CAMERAS = Registry("kendama.cameras", "camera")
 class CameraModelSettings:
     """One camera's calibration, in OpenCV's convention (x right, y down, z forward)."""
 
-    name: str = setting("name, as in the log's topics")
-    width_px: int = setting("image width [px]", at_least=16)
-    height_px: int = setting("image height [px]", at_least=16)
-    focal_px: tuple[float, float] = setting("fx, fy [px]", above=0)
-    center_px: tuple[float, float] = setting("principal point cx, cy [px]")
+    name: str = setting("Name of the camera, as in the log's topics.")
+    width_px: int = setting("Width of the image [px].", at_least=16)
+    height_px: int = setting("Height of the image [px].", at_least=16)
+    focal_px: tuple[float, float] = setting("Focal lengths fx and fy [px].", above=0)
+    center_px: tuple[float, float] = setting("Principal point cx, cy [px].")
     lens: LensKind = setting(
-        "lens model: radial, a pinhole with OpenCV's distortion",
+        "Lens model; radial is a pinhole with OpenCV's distortion.",
         absent="radial",
     )
-    distortion: tuple[float, float, float, float, float] = setting("OpenCV's k1, k2, p1, p2, k3")
-    position_m: Triple = setting("optical centre in the world [m]")
+    distortion: tuple[float, float, float, float, float] = setting(
+        "Distortion coefficients k1, k2, p1, p2 and k3 of OpenCV."
+    )
+    position_m: Triple = setting("Position of the optical centre in the world [m].")
     look_at_m: Triple | None = setting(
-        "point that a level camera looks at [m]; null where rotation_wxyz gives the pose"
+        "Point at which a level camera looks [m]; null if rotation_wxyz gives the rotation."
     )
     rotation_wxyz: tuple[float, float, float, float] | None = setting(
-        "camera axes in the world, unit quaternion, or null"
+        "Unit quaternion of the camera's axes in the world, real part first; null if look_at_m gives the rotation."
     )
     readout_s: float = setting(
-        "time from the first line's exposure to the last's [s]: 0 of a global shutter, negative if the lowest line is "
-        "first; virtual cameras use their sensor's",
+        "Time from the exposure of the first row to that of the last [s]. It is 0 for a global shutter and "
+        "negative if the lowest row is first; virtual cameras use their sensor's.",
         at_least=-0.1,
         at_most=0.1,
         absent=0.0,
@@ -75,9 +77,10 @@ class CameraRig:
         cls.live = cls.source == "live"
 
     calibration: str | None = setting(
-        "file of 'kendama camera calibrate' that replaces the values of 'cameras' by name, or null", file=True
+        "File by 'kendama camera calibrate' whose values replace those of the cameras with the same names, or null.",
+        file=True,
     )
-    cameras: tuple[CameraModelSettings, ...] = setting("calibration of every camera")
+    cameras: tuple[CameraModelSettings, ...] = setting("Calibration of every camera.")
 
     @property
     def timing(self) -> FrameTiming | None:
@@ -89,26 +92,32 @@ class CameraRig:
 class SensorSettings:
     """Conversion of light to numbers."""
 
-    shutter: Literal["global", "rolling"] = setting("global exposes all rows at once, rolling one after the other")
-    readout_s: float = setting(
-        "time from the first row's exposure to the last's with a rolling shutter [s]", at_least=0
+    shutter: Literal["global", "rolling"] = setting(
+        "Shutter of the sensor: 'global' exposes all rows at once, 'rolling' one after the other."
     )
-    exposure_s: float = setting("exposure time of a row [s]", above=0, at_most=0.1)
-    gain: float = setting("part of the full well that a white surface under irradiance 1 fills", above=0)
-    full_well_e: float = setting("electrons at full scale; shot noise follows", above=0)
-    read_noise_e: float = setting("read noise rms [electrons]", at_least=0)
-    gamma: float = setting("encoding exponent: value = light^(1/gamma)", at_least=1, at_most=3)
+    readout_s: float = setting(
+        "With a rolling shutter, time from the exposure of the first row to that of the last [s].", at_least=0
+    )
+    exposure_s: float = setting(
+        "Exposure time of each row [s]. Longer exposures are brighter and blur fast motion.", above=0, at_most=0.1
+    )
+    gain: float = setting("Fraction of the full well that a white surface under irradiance 1 fills.", above=0)
+    full_well_e: float = setting("Number of electrons at full scale. Fewer electrons give more shot noise.", above=0)
+    read_noise_e: float = setting("Standard deviation of the read noise [electrons].", at_least=0)
+    gamma: float = setting("Exponent of the encoding: value = light^(1/gamma).", at_least=1, at_most=3)
     focus_sigma_px: float = setting(
-        "standard deviation of the blur that a lens out of focus adds [px]", at_least=0, at_most=5
+        "Standard deviation of the blur by a lens out of focus [px].", at_least=0, at_most=5
     )
     gain_drift: float = setting(
-        "amplitude over the mean of the gain's slow drift, as of automatic exposure", at_least=0, at_most=0.9
+        "Amplitude of a slow drift of the gain, relative to its mean, as automatic exposure causes it.",
+        at_least=0,
+        at_most=0.9,
     )
-    gain_drift_hz: float = setting("frequency of that drift [Hz]", at_least=0, at_most=10)
+    gain_drift_hz: float = setting("Frequency of the gain's drift [Hz].", at_least=0, at_most=10)
     encoding: Literal["raw", "yuv420", "jpeg"] = setting(
-        "pixel format that the camera sends; yuv420 and jpeg halve the colours' resolution"
+        "Format in which the camera sends its pixels; yuv420 and jpeg halve the resolution of the colours."
     )
-    jpeg_quality: int = setting("quality of encoding=jpeg", at_least=10, at_most=100)
+    jpeg_quality: int = setting("JPEG quality, used by encoding=jpeg.", at_least=10, at_most=100)
 
     @property
     def rows_s(self) -> float:
@@ -125,22 +134,31 @@ class SensorSettings:
 class AppearanceSettings:
     """Colours that the virtual camera paints; reflectances are linear red, green, blue in 0..1."""
 
-    ball_rgb: Triple = setting("reflectance of the ball", at_least=0, at_most=1)
+    ball_rgb: Triple = setting("Reflectance of the ball (linear red, green, blue).", at_least=0, at_most=1)
     ball_pattern: Literal["plain", "two_tone", "striped", "wooden"] = setting(
-        "paint of the ball: one colour, two halves, a band about its centre, or rings like grain"
+        "Paint of the ball: 'plain' is one colour, 'two_tone' two halves, 'striped' a band around its centre, "
+        "'wooden' rings like grain."
     )
-    ball_second_rgb: Triple = setting("reflectance of the ball's other colour", at_least=0, at_most=1)
-    ball_spin_hz: float = setting("rotations per second of a patterned ball", at_least=0, at_most=20)
-    cup_rgb: Triple = setting("reflectance of the cup", at_least=0, at_most=1)
-    arm_rgb: Triple = setting("reflectance of the arm", at_least=0, at_most=1)
-    rope_rgb: Triple = setting("reflectance of the rope", at_least=0, at_most=1)
-    wall_rgb: Triple = setting("reflectance of the wall behind the scene", at_least=0, at_most=1)
-    wall_image: str | None = setting("image on the wall instead, 3 m wide about x = 0, z = 0, or null", file=True)
-    table_rgb: Triple = setting("reflectance of the table", at_least=0, at_most=1)
-    rope_radius_m: float = setting("radius of the rope [m]", above=0)
-    arm_radius_m: float = setting("radius of the arm's links [m]", above=0)
-    wall_y_m: float = setting("y of the wall's plane [m]")
-    table_z_m: float = setting("z of the table's plane [m]")
+    ball_second_rgb: Triple = setting(
+        "Reflectance of the ball's second colour (linear red, green, blue).", at_least=0, at_most=1
+    )
+    ball_spin_hz: float = setting(
+        "The ball spins this often per second, which shows if it has a pattern [Hz].", at_least=0, at_most=20
+    )
+    cup_rgb: Triple = setting("Reflectance of the cup (linear red, green, blue).", at_least=0, at_most=1)
+    arm_rgb: Triple = setting("Reflectance of the arm (linear red, green, blue).", at_least=0, at_most=1)
+    rope_rgb: Triple = setting("Reflectance of the rope (linear red, green, blue).", at_least=0, at_most=1)
+    wall_rgb: Triple = setting(
+        "Reflectance of the wall behind the scene (linear red, green, blue).", at_least=0, at_most=1
+    )
+    wall_image: str | None = setting(
+        "File of an image that covers the wall, 3 m wide and centred on x = 0, z = 0; null for a plain wall.", file=True
+    )
+    table_rgb: Triple = setting("Reflectance of the table (linear red, green, blue).", at_least=0, at_most=1)
+    rope_radius_m: float = setting("Radius of the rope [m].", above=0)
+    arm_radius_m: float = setting("Radius of the arm's links [m].", above=0)
+    wall_y_m: float = setting("Position of the wall's plane along y [m].")
+    table_z_m: float = setting("Height z of the table's plane [m].")
 
 
 @dataclass(frozen=True)
@@ -149,11 +167,11 @@ class VirtualCamera(CameraRig):
 
     source: ClassVar[Source] = "rendered"
 
-    kind: Literal["virtual"] = setting("rendered images")
-    rate_hz: float = setting("frames per second of every camera", above=0, at_most=1000)
-    stagger_s: float = setting("each camera exposes this much after the one before [s]", at_least=0)
-    sensor: SensorSettings = setting("the sensor, the same in every camera")
-    appearance: AppearanceSettings = setting("colours of the scene")
+    kind: Literal["virtual"] = setting("The cameras render their images.")
+    rate_hz: float = setting("Every camera takes this many images per second [Hz].", above=0, at_most=1000)
+    stagger_s: float = setting("Each camera exposes this much later than the one before it [s].", at_least=0)
+    sensor: SensorSettings = setting("Sensor of every camera.")
+    appearance: AppearanceSettings = setting("Colours of the scene.")
 
     @property
     def timing(self) -> FrameTiming:
@@ -176,12 +194,12 @@ class FileCamera(CameraRig):
 
     source: ClassVar[Source] = "recorded"
 
-    kind: Literal["file"] = setting("recorded images")
+    kind: Literal["file"] = setting("The images are recorded ones.")
     paths: tuple[str, ...] = setting(
-        "one video file, or times.csv of an image folder, per camera", file=True, lists_images=True
+        "One video file per camera, or one times.csv of a folder of images.", file=True, lists_images=True
     )
     rate_hz: float | None = setting(
-        "frames per second, where a video does not say [Hz]; null believes the file", above=0
+        "Images per second, if a video does not state it [Hz]; null takes the rate of the file.", above=0
     )
 
 
@@ -191,10 +209,10 @@ class DeviceCamera(CameraRig):
 
     source: ClassVar[Source] = "live"
 
-    kind: Literal["device"] = setting("live images")
-    indices: tuple[int, ...] = setting("OpenCV device index of every camera", at_least=0)
-    rate_hz: float = setting("frames per second to ask for [Hz]", above=0)
-    latency_s: float = setting("delay from mid-exposure to the image's arrival [s]", at_least=0)
+    kind: Literal["device"] = setting("The images come from live cameras.")
+    indices: tuple[int, ...] = setting("OpenCV device index of every camera.", at_least=0)
+    rate_hz: float = setting("Requested images per second [Hz].", above=0)
+    latency_s: float = setting("Delay from the middle of the exposure to the arrival of the image [s].", at_least=0)
 
 
 class CameraSettingsNode(Protocol):
@@ -232,16 +250,22 @@ CameraSettings = Annotated[CameraSettingsNode, CAMERAS]
 class LightSettings:
     """One lamp; it throws shadows."""
 
-    position_m: Triple = setting("position of the lamp [m]")
-    irradiance: float = setting("brightness of a surface that faces it; 1 with gain 1 fills the sensor", at_least=0)
+    position_m: Triple = setting("Position of the lamp in the world [m].")
+    irradiance: float = setting(
+        "Irradiance of a surface that faces the lamp. With gain 1, an irradiance of 1 saturates white.", at_least=0
+    )
 
 
 @dataclass(frozen=True)
 class LightingSettings:
     """The light on a virtual scene."""
 
-    ambient: float = setting("irradiance from everywhere", at_least=0)
-    lamps: tuple[LightSettings, ...] = setting("lamps")
-    wall_glow: float = setting("light that the wall itself sends: a window or screen behind the scene", at_least=0)
-    flicker_hz: float = setting("frequency of the lamps' flicker [Hz]", at_least=0)
-    flicker_depth: float = setting("flicker's amplitude over the mean: 0 steady, 1 full", at_least=0, at_most=1)
+    ambient: float = setting("Irradiance that reaches every surface from all directions.", at_least=0)
+    lamps: tuple[LightSettings, ...] = setting("Lamps of the scene.")
+    wall_glow: float = setting(
+        "Light that the wall itself emits, like a window or screen behind the scene.", at_least=0
+    )
+    flicker_hz: float = setting("Frequency at which the lamps flicker [Hz].", at_least=0)
+    flicker_depth: float = setting(
+        "Amplitude of the flicker relative to the mean light: 0 is steady, 1 is full.", at_least=0, at_most=1
+    )

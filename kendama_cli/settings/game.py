@@ -20,11 +20,15 @@ FROM_EDGE_M = 0.002
 class RopeSettings:
     """A spring and damper that never pushes; with a mass, a chain of links between it and the cup."""
 
-    length_m: float = setting("untensioned length l0 from the tie point to the ball's centre [m]", above=0)
-    stiffness_n_m: float = setting("stiffness Ks [N/m]", above=0)
-    damping_n_s_m: float = setting("damping Kd [N s/m]", at_least=0)
+    length_m: float = setting(
+        "Length l0 of the rope without tension, from the tie point to the ball's centre [m].", above=0
+    )
+    stiffness_n_m: float = setting("Stiffness Ks of the rope [N/m].", above=0)
+    damping_n_s_m: float = setting("Damping Kd of the rope [N s/m].", at_least=0)
     mass_kg: float = setting(
-        "mass of the whole rope, as a chain of links in DART; 0: a spring without mass [kg]", at_least=0, at_most=0.02
+        "Mass of the whole rope, simulated in DART as a chain of links [kg]. 0 makes it a spring without mass.",
+        at_least=0,
+        at_most=0.02,
     )
 
     def __post_init__(self) -> None:
@@ -39,8 +43,8 @@ class RopeSettings:
 class BallSettings:
     """A rigid sphere."""
 
-    mass_kg: float = setting("mass [kg]", above=0)
-    radius_m: float = setting("radius [m]", above=0)
+    mass_kg: float = setting("Mass of the ball [kg].", above=0)
+    radius_m: float = setting("Radius of the ball [m].", above=0)
 
 
 @dataclass(frozen=True)
@@ -48,10 +52,10 @@ class QuadraticAir:
     """Drag of a sphere and of a string that turns about its other end."""
 
     kind: Literal["quadratic"]
-    density_kg_m3: float = setting("density of the air [kg/m^3]", at_least=0)
-    ball_coefficient: float = setting("drag coefficient of the ball", at_least=0)
-    string_coefficient: float = setting("drag coefficient of the string across its motion", at_least=0)
-    string_diameter_m: float = setting("diameter of the string [m]", at_least=0)
+    density_kg_m3: float = setting("Density of the air [kg/m^3].", at_least=0)
+    ball_coefficient: float = setting("Drag coefficient of the ball.", at_least=0)
+    string_coefficient: float = setting("Drag coefficient of the string, for air flow across it.", at_least=0)
+    string_diameter_m: float = setting("Diameter of the string [m].", at_least=0)
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ class LinearAir:
     """The drag of equations.md eq. 1."""
 
     kind: Literal["linear"]
-    drag_n_s_m: float = setting("linear air drag Ka: force = -Ka velocity [N s/m]", at_least=0)
+    drag_n_s_m: float = setting("Coefficient Ka of the linear air drag: force = -Ka velocity [N s/m].", at_least=0)
 
 
 @dataclass(frozen=True)
@@ -67,8 +71,10 @@ class MeasuredAir:
     """Coefficients of drag as they were measured, those of the string included."""
 
     kind: Literal["measured"]
-    linear_n_s_m: float = setting("k1 of force = -(k1 + k2 |v|) v [N s/m]", at_least=0)
-    quadratic_n_s2_m2: float = setting("k2 of force = -(k1 + k2 |v|) v [N s^2/m^2]", at_least=0)
+    linear_n_s_m: float = setting("Linear coefficient k1 of the drag: force = -(k1 + k2 |v|) v [N s/m].", at_least=0)
+    quadratic_n_s2_m2: float = setting(
+        "Quadratic coefficient k2 of the drag: force = -(k1 + k2 |v|) v [N s^2/m^2].", at_least=0
+    )
 
 
 @dataclass(frozen=True)
@@ -83,8 +89,8 @@ class HandleTie:
     """The rope is tied to the lower end of a round handle under the cup, on the axis."""
 
     kind: Literal["handle"]
-    length_m: float = setting("height of the underside of the floor over the tie point [m]", above=0)
-    radius_m: float = setting("radius of the handle [m]", above=0)
+    length_m: float = setting("Height of the floor's underside above the tie point [m].", above=0)
+    radius_m: float = setting("Radius of the handle [m].", above=0)
 
 
 @dataclass(frozen=True)
@@ -92,22 +98,30 @@ class SideTie:
     """The rope is tied to the outside of the cup's wall."""
 
     kind: Literal["side"]
-    below_rim_m: float = setting("depth of the tie below the rim [m]", above=0)
-    angle_deg: float = setting("angle about the axis, from x of the cup's frame [deg]", at_least=-180, at_most=180)
+    below_rim_m: float = setting("Depth of the tie point below the rim [m].", above=0)
+    angle_deg: float = setting(
+        "Angle of the tie point about the cup's axis, measured from x of the cup's frame [deg].",
+        at_least=-180,
+        at_most=180,
+    )
 
 
 @dataclass(frozen=True)
 class CupSettings:
     """A ring of staves on a floor, and where the rope is tied to it."""
 
-    radius_m: float = setting("inner radius [m]", above=0)
-    depth_m: float = setting("height of the rim over the underside of the floor [m]", above=0)
-    wall_m: float = setting("thickness of staves and floor [m]", above=0)
-    staves: int = setting("number of staves", at_least=6)
-    mass_kg: float = setting("mass with handle [kg]", above=0)
-    restitution: float = setting("coefficient of restitution between ball and cup", at_least=0, at_most=1)
-    friction: float = setting("Coulomb friction coefficient between ball and cup", at_least=0)
-    tie: FloorTie | HandleTie | SideTie = setting("point at which the rope is tied to the cup")
+    radius_m: float = setting("Inner radius of the cup [m]. A wider cup is easier to hit.", above=0)
+    depth_m: float = setting("Height of the rim above the floor's underside [m].", above=0)
+    wall_m: float = setting("Thickness of staves and floor [m].", above=0)
+    staves: int = setting("Number of flat staves that form the wall.", at_least=6)
+    mass_kg: float = setting("Mass of the cup with its handle [kg].", above=0)
+    restitution: float = setting(
+        "Coefficient of restitution between ball and cup. A ball bounces out more easily at larger values.",
+        at_least=0,
+        at_most=1,
+    )
+    friction: float = setting("Coefficient of Coulomb friction between ball and cup.", at_least=0)
+    tie: FloorTie | HandleTie | SideTie = setting("Point at which the rope is tied to the cup.")
 
     def __post_init__(self) -> None:
         if self.depth_m <= self.wall_m:
@@ -167,8 +181,8 @@ class GameSettings:
     rope: RopeSettings
     ball: BallSettings
     cup: CupSettings
-    air: QuadraticAir | LinearAir | MeasuredAir = setting("drag law of the ball")
-    gravity_m_s2: float = setting("gravity, along -z of the world [m/s^2]", above=0)
+    air: QuadraticAir | LinearAir | MeasuredAir = setting("Law of the air drag on the ball.")
+    gravity_m_s2: float = setting("Gravitational acceleration, along -z of the world [m/s^2].", above=0)
 
     def __post_init__(self) -> None:
         if self.ball.radius_m >= self.cup.radius_m:

@@ -30,13 +30,20 @@ class TwinHardware:
     moves: ClassVar[bool] = False
 
     kind: Literal["twin"]
-    realtime: bool = setting("false: lockstep, as fast as it computes, reproducible; true: paced by the wall clock")
-    control_period_s: float = setting(
-        "one command and one answer per period; whole milliseconds [s]", above=0, at_most=0.02
+    realtime: bool = setting(
+        "If true, the twin runs in real time. If false, it computes in lockstep as fast as it can, and every "
+        "run is reproducible."
     )
-    watchdog_s: float = setting("in real time: silence after which the moving robot stops for good [s]", above=0)
-    silence_s: float = setting("in real time: an answer that takes longer is a broken line [s]", above=0)
-    imperfection: Imperfection = setting("differences of the twin from the model")
+    control_period_s: float = setting(
+        "Period of one command and its answer, in whole milliseconds [s].", above=0, at_most=0.02
+    )
+    watchdog_s: float = setting(
+        "In real time, a moving twin stops for good when no command has arrived for this long [s].", above=0
+    )
+    silence_s: float = setting(
+        "In real time, the connection counts as lost when an answer takes longer than this [s].", above=0
+    )
+    imperfection: Imperfection = setting("Differences of the twin from its controller's model.")
 
 
 @dataclass(frozen=True)
@@ -46,8 +53,12 @@ class SimulatedHardware:
     moves: ClassVar[bool] = False
 
     kind: Literal["simulated"]
-    control_period_s: float = setting("one position command per period; whole milliseconds [s]", above=0, at_most=0.02)
-    imperfection: Imperfection | None = setting("differences from the model; null: none")
+    control_period_s: float = setting(
+        "Period of one position command, in whole milliseconds [s].", above=0, at_most=0.02
+    )
+    imperfection: Imperfection | None = setting(
+        "Differences of the simulated robot from its controller's model; null for none."
+    )
 
 
 @dataclass(frozen=True)
@@ -57,10 +68,15 @@ class CommandHardware:
     moves: ClassVar[bool] = True
 
     kind: Literal["command"]
-    host: str = setting("name or address of the robot's controller")
-    port: int = setting("UDP port on which it listens", above=0, at_most=65535)
-    key_file: str = setting("file of the key that the controller has too; 'kendama robot key' makes one")
-    silence_s: float = setting("an answer that takes longer is a broken line (while this process runs) [s]", above=0)
+    host: str = setting("Name or address of the robot's controller.")
+    port: int = setting("UDP port on which the controller listens.", above=0, at_most=65535)
+    key_file: str = setting(
+        "File of the key that this machine and the controller share; 'kendama robot key' makes one."
+    )
+    silence_s: float = setting(
+        "The connection counts as lost when an answer takes longer than this [s]. Pauses of this process do not count.",
+        above=0,
+    )
 
 
 HardwareSettings = Annotated[RobotSettingsNode, ROBOTS]

@@ -15,10 +15,14 @@ from kendama_cli.settings.scene import SceneSettings
 class ProbeSettings:
     """A rod with a ball at its end, held where the robot holds its tool; the ball's centre is what is controlled."""
 
-    radius_m: float = setting("radius of the ball [m]", above=0)
-    mass_kg: float = setting("mass, at the ball's centre [kg]", above=0)
-    friction: float = setting("Coulomb friction; of two bodies in contact the smaller holds", at_least=0)
-    restitution: float = setting("that of a contact is the product of both bodies'", at_least=0, at_most=1)
+    radius_m: float = setting("Radius of the probe's ball [m].", above=0)
+    mass_kg: float = setting("Mass of the probe, at the ball's centre [kg].", above=0)
+    friction: float = setting(
+        "Coefficient of Coulomb friction; a contact has the smaller one of its two bodies.", at_least=0
+    )
+    restitution: float = setting(
+        "Coefficient of restitution; a contact has the product of those of its two bodies.", at_least=0, at_most=1
+    )
 
 
 CONTROLLERS = Registry("kendama.controllers", "controller")
@@ -32,13 +36,18 @@ ControllerSettings = Annotated[ChosenSettings, CONTROLLERS]
 class StepSettings:
     """One step of the script: pose and force desired at its end, reached smoothly from those of the step before."""
 
-    name: str = setting("name in messages, logs and the report")
-    duration_s: float = setting("duration [s]", above=0)
-    position_m: tuple[float, float, float] = setting("the tool in the world [m]")
-    rotation_rad: tuple[float, float, float] = setting(
-        "rotation vector in the world, from the tool's posture at home [rad]"
+    name: str = setting("Name of the step in messages, logs and the report.")
+    duration_s: float = setting("Duration of the step [s].", above=0)
+    position_m: tuple[float, float, float] = setting(
+        "Desired position of the tool in the world at the end of the step [m]."
     )
-    force_n: tuple[float, float, float] = setting("force that the tool exerts on the scene, in the world [N]")
+    rotation_rad: tuple[float, float, float] = setting(
+        "Desired rotation of the tool at the end of the step, as a rotation vector in the world from its "
+        "orientation at home [rad]."
+    )
+    force_n: tuple[float, float, float] = setting(
+        "Desired force of the tool on the scene at the end of the step, in the world [N]."
+    )
 
 
 @dataclass(frozen=True)
@@ -47,13 +56,14 @@ class InteractSettings:
 
     controller: ControllerSettings
     probe: ProbeSettings
-    script: tuple[StepSettings, ...] = setting("the steps, one after the other, from rest at home")
+    script: tuple[StepSettings, ...] = setting("Steps that run one after the other, starting from rest at home.")
     max_error_m: float = setting(
-        "the run stops where the tool is farther than this from its reference, across a desired force [m]", above=0
+        "The run stops when the tool is farther than this from its reference, perpendicular to a desired force [m].",
+        above=0,
     )
-    sensor_hz: float = setting("bandwidth to which the force at the wrist is filtered, of first order [Hz]", above=0)
-    gravity_m_s2: float = setting("gravity, along -z of the world [m/s^2]", at_least=0)
-    log_rate_hz: float = setting("rate of what is logged [Hz]", above=0, at_most=1000)
+    sensor_hz: float = setting("Bandwidth of the first-order filter on the force measured at the wrist [Hz].", above=0)
+    gravity_m_s2: float = setting("Gravitational acceleration, along -z of the world [m/s^2].", at_least=0)
+    log_rate_hz: float = setting("Rate at which states are logged [Hz].", above=0, at_most=1000)
 
     def __post_init__(self) -> None:
         if not self.script:

@@ -14,9 +14,9 @@ from kendama_cli.settings.robot import RobotSettings, ToolSettings
 class LineSettings:
     """The line along x of the swing-up and the catch, which a searched placement keeps in reach."""
 
-    half_width_m: float = setting("maximum distance of the cup from the line's centre [m]", above=0)
-    max_speed_m_s: float = setting("maximum speed of the cup on the line [m/s]", above=0)
-    acceleration_m_s2: float = setting("maximum acceleration of the cup on the line [m/s^2]", above=0)
+    half_width_m: float = setting("Maximum distance of the cup from the line's centre [m].", above=0)
+    max_speed_m_s: float = setting("Maximum speed of the cup on the line [m/s].", above=0)
+    acceleration_m_s2: float = setting("Maximum acceleration of the cup on the line [m/s^2].", above=0)
 
 
 @dataclass(frozen=True)

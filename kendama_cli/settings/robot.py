@@ -15,8 +15,10 @@ from kendama_cli.schema.settings import setting
 class ToolSettings:
     """The handle between the arm's tip link and the cup."""
 
-    handle_m: tuple[float, float, float] = setting("rope's tie point under the cup, in the frame of the tip link [m]")
-    cup_axis: tuple[float, float, float] = setting("direction in which the cup opens, in the frame of the tip link")
+    handle_m: tuple[float, float, float] = setting(
+        "Tie point of the rope under the cup, in the frame of the tip link [m]."
+    )
+    cup_axis: tuple[float, float, float] = setting("Direction in which the cup opens, in the frame of the tip link.")
 
     def __post_init__(self) -> None:
         if math.hypot(*self.cup_axis) < 1e-6:
@@ -54,55 +56,79 @@ class RobotSettings:
     """What reads its file before the first stage, and says in lines what was read."""
 
     tool: ToolSettings
-    name: str = setting("name in messages and logs")
+    name: str = setting("Name of the arm in messages and logs.")
     path: str = setting(
-        "robot description (URDF), or package://example-robot-data/...; its limits count where no setting gives them",
+        "Robot description: a URDF file, or package://example-robot-data/... Its limits apply where no "
+        "setting gives them.",
         file=True,
     )
     base_link: str | None = setting(
-        "link that stands at the base pose, what is before it left out; null: the root link"
+        "Link that stands at the base position; links before it are ignored. Null takes the root link."
     )
-    tip_link: str | None = setting("link that holds the handle; null: the tool frame at the end of the longest chain")
-    locked_joints: tuple[str, ...] = setting("joints before the tip that are locked where they are, as a lift is")
-    base_position_m: tuple[float, float, float] = setting("position of the base link in the world [m]")
-    base_heading_rad: float = setting("rotation of the base link about the world's z; the swing plane is x-z [rad]")
+    tip_link: str | None = setting(
+        "Link that holds the handle; null takes the tool frame at the end of the longest chain."
+    )
+    locked_joints: tuple[str, ...] = setting("Joints before the tip that stay locked in place, such as a lift.")
+    base_position_m: tuple[float, float, float] = setting("Position of the base link in the world [m].")
+    base_heading_rad: float = setting("Rotation of the base link about z of the world [rad]. The swing plane is x-z.")
     home_rad: tuple[float, ...] | None = setting(
-        "posture with the cup upright where a swing starts; null: the centre of the joints' ranges [rad]"
+        "Joint angles with the cup upright at the start of a swing [rad]; null takes the centre of each joint's range."
     )
-    lower_rad: tuple[float, ...] | None = setting("lower position limits; null: the file's [rad]", absent=None)
-    upper_rad: tuple[float, ...] | None = setting("upper position limits; null: the file's [rad]", absent=None)
+    lower_rad: tuple[float, ...] | None = setting(
+        "Lower limits of the joint angles [rad]; null takes those of the file.", absent=None
+    )
+    upper_rad: tuple[float, ...] | None = setting(
+        "Upper limits of the joint angles [rad]; null takes those of the file.", absent=None
+    )
     velocity_rad_s: tuple[float, ...] | None = setting(
-        "speed limits, for a file that gives none, or a placeholder; null: the file's [rad/s]", above=0, absent=None
+        "Velocity limits of the joints, for a file without them or with placeholders [rad/s]; null takes "
+        "those of the file.",
+        above=0,
+        absent=None,
     )
     effort_nm: tuple[float, ...] | None = setting(
-        "effort limits, for a file that gives none, or a placeholder; null: the file's [Nm]", above=0, absent=None
+        "Torque limits of the joints, for a file without them or with placeholders [Nm]; null takes those of the file.",
+        above=0,
+        absent=None,
     )
     acceleration_rad_s2: tuple[float, ...] | None = setting(
-        "acceleration limits, which a URDF has not; null: top speed within 0.15 s [rad/s^2]", above=0
+        "Acceleration limits of the joints, which a URDF cannot state [rad/s^2]. Null takes those that reach "
+        "the velocity limit within 0.15 s.",
+        above=0,
     )
     rotor_inertia_kg_m2: tuple[float, ...] | None = setting(
-        "motor inertia seen at the joint, on the diagonal of H (armature); null: none [kg m^2]", at_least=0
+        "Inertia of each motor as seen at its joint, added to the diagonal of the inertia matrix H (armature) "
+        "[kg m^2]; null for none.",
+        at_least=0,
     )
     coulomb_nm: tuple[float, ...] | None = setting(
-        "Coulomb friction Fc, known to the controller; null: <dynamics friction> of the file [Nm]", at_least=0
+        "Coulomb friction Fc of each joint, known to the controller [Nm]; null takes <dynamics friction> of the file.",
+        at_least=0,
     )
     viscous_nm_s: tuple[float, ...] | None = setting(
-        "viscous friction b, known to the controller; null: <dynamics damping> of the file [Nm s/rad]", at_least=0
+        "Viscous friction b of each joint, known to the controller [Nm s/rad]; null takes <dynamics damping> "
+        "of the file.",
+        at_least=0,
     )
     stribeck_nm: tuple[float, ...] | None = setting(
-        "friction Fs at standstill beyond Fc, known to the controller; null: none [Nm]", at_least=0
+        "Friction Fs at standstill beyond Fc, known to the controller [Nm]; null for none.", at_least=0
     )
     stribeck_rad_s: tuple[float, ...] | None = setting(
-        "speed vs over which Fs fades; null: 0.05 of the speed limit [rad/s]", above=0
+        "Velocity vs over which Fs fades [rad/s]; null takes 0.05 of the velocity limit.", above=0
     )
     redundancy_weights: tuple[float, ...] | None = setting(
-        "cost of a joint's motion if there are more joints than needed; null: inverse square of its velocity limit",
+        "Cost of each joint's motion, if the arm has more joints than the task needs. A costly joint moves "
+        "less; null takes the inverse square of its velocity limit.",
         above=0,
     )
     link_radius_m: tuple[float, ...] | None = setting(
-        "radius of the capsule from a joint's origin to the next one's, for clearances; null: 0.06 [m]", above=0
+        "Radius of the capsule from each joint's origin to the next one's, for clearances [m]; null takes 0.06 m.",
+        above=0,
     )
-    stiffness_1_s2: float = setting("computed torque: Kp of the joint error; Kd = 2 sqrt Kp [1/s^2]", above=0)
+    stiffness_1_s2: float = setting(
+        "Stiffness Kp of the computed torque control on the joint error [1/s^2]; the damping is Kd = 2 sqrt Kp.",
+        above=0,
+    )
 
     @property
     def called(self) -> str:
@@ -124,34 +150,51 @@ class RobotSettings:
 class Imperfection:
     """Difference between a simulated robot and its controller's model: a twin, or one perturbed repeat."""
 
-    rope_scale: float = setting("factor on the rope's length", above=0)
-    rope_scale_spread: float = setting("uniform +- spread of that factor, sampled at every reset", at_least=0, below=1)
+    rope_scale: float = setting("Factor on the rope's length.", above=0)
+    rope_scale_spread: float = setting(
+        "The factor on the rope's length varies by up to this, either way, and is sampled at every reset.",
+        at_least=0,
+        below=1,
+    )
     rope_kg: float | None = setting(
-        "mass of the rope as a chain of links; null: as the game's, 0: a spring without mass [kg]",
+        "Mass of the rope, simulated as a chain of links [kg]. Null takes the game's; 0 makes it a spring "
+        "without mass.",
         at_least=0,
         at_most=0.02,
     )
     ball_start_m: float = setting(
-        "uniform +- offset of the ball's start along x, sampled at every reset [m]", at_least=0
+        "The ball starts up to this far from its nominal position along x, either way, sampled at every reset [m].",
+        at_least=0,
     )
-    joint_friction_nm: float = setting("Coulomb friction of every joint that nobody models [Nm]", at_least=0)
-    joint_friction_fraction: float = setting("fraction of each joint's known friction on top of it", at_least=0)
-    lag_s: float = setting("first-order lag of the reference [s]", at_least=0)
-    latency_s: float = setting("pure delay of the command [s]", at_least=0)
-    joint_noise_rad: float = setting("standard deviation of the joint angle readings [rad]", at_least=0)
-    ball_noise_m: float = setting("standard deviation of the tracked ball and cup, per axis [m]", at_least=0)
-    mass_scale: float = setting("factor on the ball's mass", above=0)
-    drag_scale: float = setting("factor on the air's force", at_least=0)
-    tie_friction_m: float = setting("moment of the rope's friction at its tie, over its tension [m]", at_least=0)
-    gravity_tilt_rad: float = setting("gravity leans so far toward +x in the frame of arm and cameras [rad]")
-    backlash_rad: float = setting("play of every joint between motor and link, from end to end [rad]", at_least=0)
+    joint_friction_nm: float = setting(
+        "Coulomb friction of every joint that the controller does not model [Nm].", at_least=0
+    )
+    joint_friction_fraction: float = setting(
+        "Each joint has more friction than its controller models, by this fraction of its known friction.", at_least=0
+    )
+    lag_s: float = setting("Time constant with which the arm lags behind its reference (first order) [s].", at_least=0)
+    latency_s: float = setting("Pure delay of every command [s].", at_least=0)
+    joint_noise_rad: float = setting("Standard deviation of the readings of the joint angles [rad].", at_least=0)
+    ball_noise_m: float = setting(
+        "Standard deviation of the tracked positions of ball and cup, per axis [m].", at_least=0
+    )
+    mass_scale: float = setting("Factor on the ball's mass.", above=0)
+    drag_scale: float = setting("Factor on the air drag.", at_least=0)
+    tie_friction_m: float = setting(
+        "Friction torque of the rope at its tie point, per unit of tension [m].", at_least=0
+    )
+    gravity_tilt_rad: float = setting("Angle by which gravity leans towards +x in the frame of arm and cameras [rad].")
+    backlash_rad: float = setting("Backlash of every joint between motor and link, from end to end [rad].", at_least=0)
     drift_m: float = setting(
-        "standard deviation of a correlated error of the tracked ball and cup, per axis [m]", at_least=0
+        "Standard deviation of a slowly drifting error of the tracked positions of ball and cup, per axis [m].",
+        at_least=0,
     )
-    drift_s: float = setting("time over which that error forgets itself [s]", above=0)
-    tracking_delay_s: float = setting("the tracked ball and cup are so old when they are reported [s]", at_least=0)
+    drift_s: float = setting("Correlation time of the drifting error [s].", above=0)
+    tracking_delay_s: float = setting(
+        "Age of the tracked positions of ball and cup when they are reported [s].", at_least=0
+    )
     tracking_lost_fraction: float = setting(
-        "fraction of the periods in which ball and cup are not tracked and stay where they were reported last",
+        "Fraction of the periods in which tracking loses ball and cup and reports their last positions again.",
         at_least=0,
         below=1,
     )

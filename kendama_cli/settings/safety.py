@@ -12,12 +12,20 @@ from kendama_cli.schema.settings import setting
 class SafetySettings:
     """Allowed along the whole motion; places are in the world, whose origin is where the table of the game stands."""
 
-    limit_ratio: float = setting("maximum fraction of a speed, acceleration or effort limit", above=0, at_most=1)
-    to_stop_rad: float = setting("minimum distance of a joint from its stops [rad]", at_least=0)
-    gap_m: float = setting("minimum gap between two parts of the arm, or to the table [m]", at_least=0)
-    table_height_m: float = setting("height of the table or floor over which all but the pedestal stays [m]")
-    cup_low_m: tuple[float, float, float] = setting("lower corner of the box that the cup's tie point stays in [m]")
-    cup_high_m: tuple[float, float, float] = setting("upper corner of that box [m]")
+    limit_ratio: float = setting(
+        "Maximum ratio of velocity, acceleration and torque to their limits. 1 uses the full limits.",
+        above=0,
+        at_most=1,
+    )
+    to_stop_rad: float = setting("Minimum distance of a joint from its mechanical stops [rad].", at_least=0)
+    gap_m: float = setting(
+        "Minimum gap between two parts of the arm, or between the arm and the table [m].", at_least=0
+    )
+    table_height_m: float = setting(
+        "Height of the table or floor; all of the arm except its pedestal stays above it [m]."
+    )
+    cup_low_m: tuple[float, float, float] = setting("Lower corner of the box in which the cup's tie point stays [m].")
+    cup_high_m: tuple[float, float, float] = setting("Upper corner of the box in which the cup's tie point stays [m].")
 
     def __post_init__(self) -> None:
         if any(low >= high for low, high in zip(self.cup_low_m, self.cup_high_m, strict=True)):

@@ -22,13 +22,21 @@ SIZES: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class _Body:
-    name: str = setting("name in messages and logs, one of its own for each body")
-    shape: Literal["box", "cylinder", "sphere", "plane"] = setting("shape")
-    size_m: tuple[float, ...] = setting("sizes, as the shape needs them (see SIZES) [m]", above=0)
-    position_m: tuple[float, float, float] = setting("centre, or a point of the plane, in the world [m]")
-    rotation_wxyz: tuple[float, float, float, float] = setting("unit quaternion from the body to the world")
-    friction: float = setting("Coulomb friction; of two bodies in contact the smaller holds", at_least=0)
-    restitution: float = setting("that of a contact is the product of both bodies'", at_least=0, at_most=1)
+    name: str = setting("Name of the body in messages and logs; no two bodies share one.")
+    shape: Literal["box", "cylinder", "sphere", "plane"] = setting("Shape of the body.")
+    size_m: tuple[float, ...] = setting("Dimensions of the body, in the order that its shape needs [m].", above=0)
+    position_m: tuple[float, float, float] = setting(
+        "Position of the centre in the world, or of a point of the plane [m]."
+    )
+    rotation_wxyz: tuple[float, float, float, float] = setting(
+        "Unit quaternion from the body's frame to the world, real part first."
+    )
+    friction: float = setting(
+        "Coefficient of Coulomb friction; a contact has the smaller one of its two bodies.", at_least=0
+    )
+    restitution: float = setting(
+        "Coefficient of restitution; a contact has the product of those of its two bodies.", at_least=0, at_most=1
+    )
 
     def __post_init__(self) -> None:
         desired = SIZES[self.shape]
@@ -45,12 +53,12 @@ class _Body:
 class StaticBody(_Body):
     """A body that nothing moves; it has no mass."""
 
-    kind: Literal["static"] = setting("never moves")
+    kind: Literal["static"] = setting("The body never moves.")
 
 
 @dataclass(frozen=True)
 class _MovingBody(_Body):
-    mass_kg: float = setting("mass, spread evenly [kg]", above=0)
+    mass_kg: float = setting("Mass of the body, uniformly distributed [kg].", above=0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -62,7 +70,7 @@ class _MovingBody(_Body):
 class FreeBody(_MovingBody):
     """A body that moves as gravity and contacts make it."""
 
-    kind: Literal["free"] = setting("moves freely")
+    kind: Literal["free"] = setting("The body moves freely.")
 
 
 @dataclass(frozen=True)
@@ -72,9 +80,9 @@ class SprungBody(_MovingBody):
     Its springs carry its own weight, so that it rests at ``position_m``.
     """
 
-    kind: Literal["sprung"] = setting("is held by springs, without turning")
-    stiffness_n_m: float = setting("stiffness of its support in every direction [N/m]", above=0)
-    damping_ratio: float = setting("damping of that support, 1 being critical", above=0)
+    kind: Literal["sprung"] = setting("Springs hold the body, which does not rotate.")
+    stiffness_n_m: float = setting("Stiffness of the springs that hold the body, in every direction [N/m].", above=0)
+    damping_ratio: float = setting("Damping ratio of the springs that hold the body; 1 is critical.", above=0)
 
 
 SceneBody = StaticBody | FreeBody | SprungBody
@@ -84,7 +92,7 @@ SceneBody = StaticBody | FreeBody | SprungBody
 class SceneSettings:
     """The bodies around the arm; none where the arm stands alone."""
 
-    bodies: tuple[SceneBody, ...] = setting("the bodies, in any order")
+    bodies: tuple[SceneBody, ...] = setting("Bodies of the scene, in any order.")
 
     def __post_init__(self) -> None:
         for name, count in Counter(body.name for body in self.bodies).items():

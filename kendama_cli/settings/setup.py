@@ -16,50 +16,58 @@ SIGMAS_95 = 1.96
 class MeasuredNumber:
     """A number and how far it may be off."""
 
-    value: float = setting("measured value")
-    sigma: float = setting("standard deviation", at_least=0)
-    source: str = setting("method and data of the measurement")
+    value: float = setting("Measured value.")
+    sigma: float = setting("Standard deviation of the measured value.", at_least=0)
+    source: str = setting("Method and data of the measurement.")
 
 
 @dataclass(frozen=True)
 class MeasuredPlace:
     """A place [m], or an offset."""
 
-    value: Triple = setting("measured value [m]")
-    sigma: Triple = setting("standard deviations [m]", at_least=0)
-    source: str = setting("method and data of the measurement")
+    value: Triple = setting("Measured position or offset [m].")
+    sigma: Triple = setting("Standard deviations per axis [m].", at_least=0)
+    source: str = setting("Method and data of the measurement.")
 
 
 @dataclass(frozen=True)
 class MeasuredDrag:
     """Force = -(k1 + k2 |v|) v of ball and string; k1 and k2 trade with each other, k1 + 3 k2 is known best."""
 
-    linear_n_s_m: float = setting("k1 [N s/m]", at_least=0)
-    quadratic_n_s2_m2: float = setting("k2 [N s^2/m^2]", at_least=0)
-    at_3_m_s: float = setting("k1 + 3 k2 [N s/m]", above=0)
-    sigma_at_3_m_s: float = setting("standard deviation [N s/m]", at_least=0)
-    source: str = setting("method and data of the measurement")
+    linear_n_s_m: float = setting("Linear coefficient k1 of the drag [N s/m].", at_least=0)
+    quadratic_n_s2_m2: float = setting("Quadratic coefficient k2 of the drag [N s^2/m^2].", at_least=0)
+    at_3_m_s: float = setting("Drag per velocity at 3 m/s, k1 + 3 k2 [N s/m].", above=0)
+    sigma_at_3_m_s: float = setting("Standard deviation of the drag per velocity at 3 m/s [N s/m].", at_least=0)
+    source: str = setting("Method and data of the measurement.")
 
 
 @dataclass(frozen=True)
 class PlacedCamera:
     """A camera's calibration with its pose in the robot's world."""
 
-    camera: CameraModelSettings = setting("lens and pose")
-    sigma_m: Triple = setting("standard deviations of the pose's position, along the world's axes [m]", at_least=0)
-    sigma_rad: Triple = setting("standard deviations of its rotation, about the world's axes [rad]", at_least=0)
-    source: str = setting("method and data of the measurement")
+    camera: CameraModelSettings = setting("Lens and pose of the camera.")
+    sigma_m: Triple = setting(
+        "Standard deviations of the camera's position, along the axes of the world [m].", at_least=0
+    )
+    sigma_rad: Triple = setting(
+        "Standard deviations of the camera's rotation, about the axes of the world [rad].", at_least=0
+    )
+    source: str = setting("Method and data of the measurement.")
 
 
 @dataclass(frozen=True)
 class LaboratorySetup:
     """Everything that was measured; None for what was not."""
 
-    rope_m: MeasuredNumber | None = setting("length of the rope [m]")
-    drag: MeasuredDrag | None = setting("air drag of ball and rope")
-    camera_delay_s: MeasuredNumber | None = setting("delay from mid-exposure to an image's arrival [s]")
-    marker_to_cup_m: MeasuredPlace | None = setting(
-        "offset of the cup's tie point from the printed marker's centre [m]"
+    rope_m: MeasuredNumber | None = setting("Measured length of the rope [m].")
+    drag: MeasuredDrag | None = setting("Measured air drag of ball and rope.")
+    camera_delay_s: MeasuredNumber | None = setting(
+        "Measured delay from the middle of the exposure to the arrival of the image [s]."
     )
-    body_to_cup_m: MeasuredPlace | None = setting("offset of the cup's tie point from the tracked body's origin [m]")
-    cameras: tuple[PlacedCamera, ...] | None = setting("cameras in the robot's world")
+    marker_to_cup_m: MeasuredPlace | None = setting(
+        "Measured offset of the cup's tie point from the centre of the printed marker [m]."
+    )
+    body_to_cup_m: MeasuredPlace | None = setting(
+        "Measured offset of the cup's tie point from the origin of the tracked body [m]."
+    )
+    cameras: tuple[PlacedCamera, ...] | None = setting("Calibrated cameras with their poses in the robot's world.")

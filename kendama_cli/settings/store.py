@@ -17,9 +17,11 @@ STORES = "kendama.stores"
 class StoreSettings:
     """The node ``store``: what stands behind the home folder."""
 
-    remote: str | None = setting("folder or URL of a shared store: /mnt/shared/kendama, s3://bucket/prefix; null: none")
-    endpoint: str | None = setting("address of an object store that is not the cloud's own; null: the cloud's")
-    timeout_s: float = setting("after so long without an answer the store counts as out of reach [s]", above=0)
+    remote: str | None = setting(
+        "Folder or URL of a shared store, such as /mnt/shared/kendama or s3://bucket/prefix; null for none."
+    )
+    endpoint: str | None = setting("Address of an object store other than the cloud's own; null takes the cloud's.")
+    timeout_s: float = setting("The store counts as unreachable when it has not answered for this long [s].", above=0)
 
     def __post_init__(self) -> None:
         if self.endpoint is not None and not re.fullmatch(r"https?://[\w.\-\[\]:]+(/.*)?", self.endpoint):

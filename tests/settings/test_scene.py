@@ -37,7 +37,7 @@ def test_bodies_are_static_free_or_sprung():
             r"'scene\.bodies' has 2 bodies called 'table'; allowed: one of each name",
         ),
         ([body(mass_kg=3.0)], r"unknown key 'scene\.bodies\[0\]\.mass_kg'; allowed here: .*kind"),
-        ([_free(mass_kg=None)], r"missing key 'scene\.bodies\[0\]\.mass_kg': mass"),
+        ([_free(mass_kg=None)], r"missing key 'scene\.bodies\[0\]\.mass_kg': Mass"),
         ([_free(mass_kg=0.0)], r"'scene\.bodies\[0\]\.mass_kg' is 0\.0; allowed: above 0"),
         (
             [_free(shape="plane", size_m=[])],

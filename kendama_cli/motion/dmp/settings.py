@@ -13,32 +13,57 @@ from kendama_cli.schema.settings import setting
 class EncodeSettings:
     """The primitive's fixed numbers (equations.md eq. 3-5) and the way its weights are found."""
 
-    plan: str | None = setting("a primitive in JSON or YAML, taken as it is; null: from demonstrations", file=True)
-    functions: int = setting("number M of Gaussian basis functions per coordinate", at_least=2, at_most=200)
-    stiffness: float = setting("K of eq. 3 in units of 1 / tau^2; D = 2 sqrt K", at_least=1, at_most=1e5)
-    phase_decay: float = setting("alpha of eq. 4: the phase falls from 1 to exp(-alpha)", above=0, at_most=20)
+    plan: str | None = setting(
+        "File of a primitive in JSON or YAML that is used unchanged; null fits one to the demonstrations.", file=True
+    )
+    functions: int = setting(
+        "Number M of Gaussian basis functions per coordinate. More of them follow finer details and more noise.",
+        at_least=2,
+        at_most=200,
+    )
+    stiffness: float = setting(
+        "Stiffness K of eq. 3, in units of 1 / tau^2; the damping is D = 2 sqrt K.", at_least=1, at_most=1e5
+    )
+    phase_decay: float = setting(
+        "Decay rate alpha of the phase (eq. 4), which falls from 1 to exp(-alpha).", above=0, at_most=20
+    )
     width: tuple[float, ...] = setting(
-        "candidates for the width s_j of the Gaussians over the spacing of their centres; the best for all "
-        "demonstrations together is taken",
+        "Candidates for the width s_j of the Gaussians, as a multiple of the spacing of their centres. The "
+        "one that fits all demonstrations best is used.",
         above=0.05,
         at_most=10,
     )
     regression: Literal["lwr", "ridge", "position"] = setting(
-        "lwr: locally weighted regression (the paper's); ridge: all weights at once on f; position: all weights at "
-        "once on the positions, which are linear in them, smoothed by generalised cross-validation"
+        "Method that fits the weights. 'lwr' is locally weighted regression, as in the paper; 'ridge' fits "
+        "all weights at once to the forcing term f; 'position' fits them to the positions, smoothed by "
+        "generalised cross-validation."
     )
-    ridge: float = setting("penalty on the weights of ridge, over the mean feature energy", at_least=0)
-    passes: int = setting("times that lwr is repeated on its own residual; 1 is the paper's", at_least=1)
-    smoothing_s: float = setting("window of the local cubics that give lwr and ridge derivatives and ends [s]", above=0)
-    trim: Literal["rest", "none"] = setting("rest: cut resting heads and tails, found by motion; none: keep all rows")
-    rest_speed_m_s: float = setting("below this speed the hand rests [m/s]", above=0)
-    rest_fraction: float = setting("the hand also rests below this fraction of its peak speed", at_least=0, below=0.5)
+    ridge: float = setting(
+        "Penalty on the weights of ridge regression, relative to the mean energy of the features. Larger "
+        "values give smoother paths.",
+        at_least=0,
+    )
+    passes: int = setting(
+        "Number of passes of lwr, each on the residual of the one before; the paper uses 1.", at_least=1
+    )
+    smoothing_s: float = setting(
+        "Window of the local cubics from which lwr and ridge take derivatives and end points [s].", above=0
+    )
+    trim: Literal["rest", "none"] = setting(
+        "Rest before and after the motion: 'rest' cuts it off where the motion shows it, 'none' keeps all rows."
+    )
+    rest_speed_m_s: float = setting("The hand counts as resting below this speed [m/s].", above=0)
+    rest_fraction: float = setting(
+        "The hand also counts as resting below this fraction of its peak speed.", at_least=0, below=0.5
+    )
     margin_fraction: float = setting(
-        "rest that is kept before and after the motion, as a fraction of it, where every demonstration has some",
+        "Rest that is kept before and after the motion, as a fraction of its duration, if every demonstration has it.",
         at_least=0,
         at_most=1,
     )
-    outliers: Literal["keep", "drop"] = setting("drop: demonstrations far from the others are left out of the average")
+    outliers: Literal["keep", "drop"] = setting(
+        "Demonstrations far from the others: 'drop' leaves them out of the average, 'keep' includes them."
+    )
 
     def __post_init__(self) -> None:
         if not self.width:
