@@ -48,9 +48,13 @@ def setup(app: Any) -> dict[str, Any]:
 
 def _fill(app: Any, name: str, source: list[str]) -> None:
     folder = (Path(app.srcdir) / name).parent
-    text = _PLACE.sub(lambda found: PARTS[found[1]](*filter(None, [found[2]])), source[0])
-    text = _DATA.sub(lambda found: f"{data_table(folder / found[1])}\n{found[0]}", text)
+    text = _DATA.sub(lambda found: f"{data_table(folder / found[1])}\n{found[0]}", filled(source[0]))
     source[0] = _ROW.sub(lambda found: _unbroken(found[0]), text)
+
+
+def filled(text: str) -> str:
+    """Return a page with what is declared in each place for it."""
+    return _PLACE.sub(lambda found: PARTS[found[1]](*filter(None, [found[2]])), text)
 
 
 def _unbroken(row: str) -> str:
@@ -138,6 +142,14 @@ def _documented(directive: str, names: list[str]) -> Iterator[str]:
     for name in names:
         yield from (f".. {directive}:: kendama_cli.api.{name}", *options, "")
     yield from ("```", "")
+
+
+def environment(words: str) -> str:
+    """Return the ``head``, ``actions``, ``observations`` or ``arguments`` of an environment's page."""
+    import environments  # noqa: PLC0415 - beside this file, and needs Gymnasium
+
+    part, name = words.split()
+    return "\n".join(environments.PARTS[part](name))
 
 
 def help_of(words: str) -> str:
@@ -256,5 +268,5 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Iterator[str]:
         yield ""
 
 
-_NAMED = (stages, nodes, overview, pipelines, topics, errors, python)
+_NAMED = (stages, nodes, overview, pipelines, topics, errors, python, environment)
 PARTS: dict[str, Callable[..., str]] = {**{one.__name__: one for one in _NAMED}, "help": help_of}

@@ -50,11 +50,12 @@ def docs(
 def _built(pages: Path, site: Path, doctrees: Path) -> Path:
     """Build the site and return the path of its first page."""
     try:
-        import furo  # noqa: F401 - what conf.py names
+        import furo  # noqa: F401 - what conf.py and the pages name
+        import gymnasium  # noqa: F401
         import myst_parser  # noqa: F401
         from sphinx.cmd.build import build_main
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("furo", "myst_parser", "sphinx"):
+        if (error.name or "").partition(".")[0] not in ("furo", "gymnasium", "myst_parser", "sphinx"):
             raise
         message = f"'kendama docs' needs {error.name}: {install_line('docs')}; the pages lie as text in {pages}"
         raise MissingPartError(str(error.name), message) from None

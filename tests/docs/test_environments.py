@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import inspect
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +20,16 @@ from tests.docs.measure import DOCS
 PAGES = sorted((DOCS / "reference" / "environments").glob("*.md"))
 
 
+def filled(page: Path) -> str:
+    """Return the text of a page with its generated tables."""
+    sys.path[:0] = [folder] if (folder := str(DOCS)) not in sys.path else []
+    return str(importlib.import_module("declared").filled(page.read_text()))
+
+
 def table(text: str, heading: str) -> list[list[str]]:
     """Return the rows of the tables under a heading, without their heads."""
     section = text.partition(f"\n## {heading}\n")[2].partition("\n## ")[0]
-    lines = re.sub(r"^\|.*\|\n\|(?:---\|)+$", "", section, flags=re.M).splitlines()
+    lines = re.sub(r"^\|.*\|\n\|(?: ?--- ?\|)+$", "", section, flags=re.M).splitlines()
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
 
 
@@ -43,7 +51,7 @@ def test_every_environment_has_a_page() -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_page_has_the_bounds_of_each_observation(page: Path) -> None:
-    rows = table(page.read_text(), "Observation space")
+    rows = table(filled(page), "Observation space")
     low, high = (
         np.concatenate([getattr(box, end) for box in boxes(made(page).observation_space)]) for end in ("low", "high")
     )
@@ -56,7 +64,7 @@ def test_a_page_has_the_bounds_of_each_observation(page: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_page_has_the_actions(page: Path) -> None:
-    text, env = page.read_text(), made(page)
+    text, env = filled(page), made(page)
     rows = table(text, "Action space")
     accelerations = made(page, actions="discrete").unwrapped.settings.actions_m_s2
     if isinstance(env.action_space, gymnasium.spaces.Discrete):
@@ -69,7 +77,7 @@ def test_a_page_has_the_actions(page: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_page_has_the_arguments_with_their_defaults(page: Path) -> None:
-    rows = {row[0].strip("`"): ast.literal_eval(row[1].strip("`")) for row in table(page.read_text(), "Arguments")}
+    rows = {row[0].strip("`"): ast.literal_eval(row[1].strip("`")) for row in table(filled(page), "Arguments")}
     parameters = inspect.signature(type(made(page).unwrapped).__init__).parameters
     assert rows == {name: one.default for name, one in parameters.items() if name != "self"}
 
