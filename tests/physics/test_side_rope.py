@@ -99,7 +99,7 @@ def test_the_places_show_every_kind_of_way() -> None:
 
 
 def test_round_the_wall_it_is_as_long_as_mujocos_tendon() -> None:
-    mujoco = pytest.importorskip("mujoco", reason="mujoco (the extra 'referee') is not installed")
+    mujoco = pytest.importorskip("mujoco", reason="mujoco (the extra 'mujoco') is not installed")
     model = mujoco.MjModel.from_xml_string(
         f"""<mujoco><worldbody><geom name="wall" type="cylinder" size="{R_M} 1"/>
         <site name="tie" pos="{R_M + 1e-9} 0 0.02"/>

@@ -92,7 +92,7 @@ def test_what_is_missing_is_told_in_one_line_with_the_part_that_has_it(core: Pat
         (("plan", "capture=mocap"), "mocap"),
         (("camera", "marker"), "marker"),
         (("plan", "capture=marker_live"), "marker"),
-        (("cross-check",), "referee"),
+        (("cross-check",), "mujoco"),
         (("run", "-p", "press"), "interact"),
     ):
         told = kendama(core, *words, expect=2).stderr

@@ -21,10 +21,11 @@ from kendama_cli.physics.rim_crossing import SLACK_S, SampledBody
 from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.record import find_run
 from kendama_cli.pipeline.report import section_log
-from kendama_cli.plugins.referee.chain import CHAIN_KG, mujoco
-from kendama_cli.plugins.referee.cup_track import CupTrack, swing_slack_s
-from kendama_cli.plugins.referee.messages import TOPICS, RefereeMessage
-from kendama_cli.plugins.referee.replay import replay
+from kendama_cli.plugins.mujoco.cross_check.chain import CHAIN_KG
+from kendama_cli.plugins.mujoco.cross_check.cup_track import CupTrack, swing_slack_s
+from kendama_cli.plugins.mujoco.cross_check.messages import TOPICS, RefereeMessage
+from kendama_cli.plugins.mujoco.cross_check.replay import replay
+from kendama_cli.plugins.mujoco.library import mujoco
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.store import durable
 

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from kendama_cli.errors import ConfigError, MissingPartError, install_line
+from kendama_cli.errors import ConfigError
 from kendama_cli.physics.rim_crossing import SampledBody
 from kendama_cli.physics.rope import CupProfile
 from kendama_cli.physics.rope_chain import link_lengths_m
+from kendama_cli.plugins.mujoco.library import mujoco
 from kendama_cli.settings.game import GameSettings, HandleTie, SideTie
 
 LINKS = 40
@@ -29,15 +30,6 @@ CONTACT_S = 0.0005
 """Time constant of a link's contact; of the ball's, the inverse of its undamped rate: a rebound takes 15 steps."""
 RIGID = 0.9999
 """Impedance of the ball's contact, the most that MuJoCo has: its force is that of spring and damper alone."""
-
-
-def mujoco() -> Any:
-    """Import MuJoCo; raises MissingPartError without it."""
-    try:
-        import mujoco as found  # noqa: PLC0415 - an extra
-    except ImportError as error:
-        raise MissingPartError("mujoco", f"the referee needs MuJoCo: {install_line('referee')}") from error
-    return found
 
 
 def chain_model(game: GameSettings, body: SampledBody, step_s: float) -> Any:

@@ -20,18 +20,19 @@ from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.physics.rim_crossing import SampledBody
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
 from kendama_cli.physics.rope_chain import link_lengths_m
-from kendama_cli.plugins.referee.chain import CHAIN_KG, LINKS, STEP_S, chain_model, mujoco
-from kendama_cli.plugins.referee.cup_track import CupTrack, swing_slack_s
-from kendama_cli.plugins.referee.games_again import LoggedGame, played_again, summary, write_log
-from kendama_cli.plugins.referee.messages import RefereeMessage
-from kendama_cli.plugins.referee.performance import replay as performances
-from kendama_cli.plugins.referee.replay import Replay, replay
+from kendama_cli.plugins.mujoco.cross_check.chain import CHAIN_KG, LINKS, STEP_S, chain_model
+from kendama_cli.plugins.mujoco.cross_check.cup_track import CupTrack, swing_slack_s
+from kendama_cli.plugins.mujoco.cross_check.games_again import LoggedGame, played_again, summary, write_log
+from kendama_cli.plugins.mujoco.cross_check.messages import RefereeMessage
+from kendama_cli.plugins.mujoco.cross_check.performance import replay as performances
+from kendama_cli.plugins.mujoco.cross_check.replay import Replay, replay
+from kendama_cli.plugins.mujoco.library import mujoco
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import CupSettings, GameSettings, LinearAir
 from tests.shipped_conf import plain
 
-pytest.importorskip("mujoco", reason="mujoco (the extra 'referee') is not installed")
+pytest.importorskip("mujoco", reason="mujoco (the extra 'mujoco') is not installed")
 GAME = build(GameSettings, plain("game", "kendama"), "game")
 STILL = dataclasses.replace(GAME, air=LinearAir("linear", 0.0))
 STRAIGHT = RopeLaw.of(GAME)._replace(cup=CupProfile(0.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0)))

@@ -28,10 +28,10 @@ def referee(
     as_json: Json = False,
     home: Home = None,
 ) -> None:
-    """Play a run's games again on a chain of links in MuJoCo, and say whether it agrees (extra 'referee').
+    """Play a run's games again on a chain of links in MuJoCo, and say whether it agrees (extra 'mujoco').
 
     Example: kendama cross-check 12
     """
-    from kendama_cli.plugins.referee.games_again import referee as play_again  # numpy, scipy and MuJoCo
+    from kendama_cli.plugins.mujoco.cross_check.games_again import referee as play_again  # numpy, scipy and MuJoCo
 
     play_again(find_site(home).home, run_name, rope_kg=None if rope_g is None else 1e-3 * rope_g, as_json=as_json)

@@ -6,8 +6,8 @@ from collections.abc import Collection
 
 import numpy as np
 
-from kendama_cli.plugins.referee.chapter import most_apart
-from kendama_cli.plugins.referee.messages import RefereeMessage
+from kendama_cli.plugins.mujoco.cross_check.chapter import most_apart
+from kendama_cli.plugins.mujoco.cross_check.messages import RefereeMessage
 from kendama_cli.report.replay.performance import Performance, carried
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.tracks import Array

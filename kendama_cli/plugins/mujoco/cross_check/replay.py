@@ -9,8 +9,9 @@ import numpy as np
 
 from kendama_cli.errors import SimulationError
 from kendama_cli.physics.rim_crossing import SampledBody, is_caught, is_inside
-from kendama_cli.plugins.referee.chain import STEP_S, chain_model, hang, mujoco
-from kendama_cli.plugins.referee.cup_track import CupTrack
+from kendama_cli.plugins.mujoco.cross_check.chain import STEP_S, chain_model, hang
+from kendama_cli.plugins.mujoco.cross_check.cup_track import CupTrack
+from kendama_cli.plugins.mujoco.library import mujoco
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kendama_cli.plugins.referee.messages import TOPICS
+from kendama_cli.plugins.mujoco.cross_check.messages import TOPICS
 from kendama_cli.schema.declaration import Headline, StageDeclaration
 
 SECTION = StageDeclaration(
@@ -16,8 +16,8 @@ SECTION = StageDeclaration(
     returns="",
     settings={},
     topics=TOPICS,
-    chapter="kendama_cli.plugins.referee.chapter:figures",
-    replay="kendama_cli.plugins.referee.performance:replay",
+    chapter="kendama_cli.plugins.mujoco.cross_check.chapter:figures",
+    replay="kendama_cli.plugins.mujoco.cross_check.performance:replay",
     headline=(Headline("caught_rate", "of these games caught under another physics"),),
     metrics={
         "caught_rate": "Fraction of the games that the other physics catches; near our own rate is good.",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.settings.game import GameSettings
-from tests.plugins.referee.test_referee import seen
+from tests.plugins.mujoco.cross_check.test_referee import seen
 from tests.simulation.dart.test_rope_chain_kernel import GAME, STILL, Way, balls_m
 
 HANGING_M = [0.0, 0.0, -(GAME.rope.length_m + GAME.ball.mass_kg * GAME.gravity_m_s2 / GAME.rope.stiffness_n_m)]

@@ -1,0 +1,1 @@
+"""The whole loop and single games in MuJoCo: arms with their own actuators, and logged games played again."""
