@@ -21,25 +21,41 @@ class ColourDetectorSettings:
     """A ball of one colour; hue, saturation and value on OpenCV's scales (0..179, 0..255, 0..255)."""
 
     kind: Literal["colour"]
-    colour: str | None = setting("file of a learned colour (JSON); null: the thresholds below", file=True)
-    hue_low: int = setting("lowest hue; above hue_high the range runs through red (179 -> 0)", at_least=0, at_most=179)
-    hue_high: int = setting("highest hue", at_least=0, at_most=179)
-    saturation_min: int = setting("least saturation", at_least=0, at_most=255)
-    value_min: int = setting("least value", at_least=0, at_most=255)
-    min_radius_px: float = setting("smallest ball [px]", at_least=1.5)
-    min_outline: float = setting("part of the outline that must fit one circle, else 'not seen'", above=0, at_most=1)
-    sigma_floor_px: float = setting("least standard deviation that a centre is credited with [px]", above=0)
+    colour: str | None = setting(
+        "File of a learned colour (JSON), which replaces the thresholds; null uses the thresholds.", file=True
+    )
+    hue_low: int = setting(
+        "Minimum hue. If it is above hue_high, the range runs through red (179 -> 0).", at_least=0, at_most=179
+    )
+    hue_high: int = setting("Maximum hue.", at_least=0, at_most=179)
+    saturation_min: int = setting("Minimum saturation. A larger value excludes paler colours.", at_least=0, at_most=255)
+    value_min: int = setting(
+        "Minimum brightness (value). A larger value excludes darker pixels.", at_least=0, at_most=255
+    )
+    min_radius_px: float = setting("Minimum radius of a ball in the image [px].", at_least=1.5)
+    min_outline: float = setting(
+        "Minimum fraction of the outline that must fit one circle. Below it, no ball is detected.", above=0, at_most=1
+    )
+    sigma_floor_px: float = setting(
+        "Minimum standard deviation that a detected centre is assumed to have [px].", above=0
+    )
 
 
 @dataclass(frozen=True)
 class OnsetSettings:
     """The sequential test for free flight on the rope's tension."""
 
-    min_tension_m_s2: float = setting("least acceleration along a taut rope [m/s^2]", above=0)
-    threshold: float = setting("log likelihood ratio that declares free flight", above=0)
-    min_frames: int = setting("shortest window [frames]", at_least=4)
-    max_frames: int = setting("longest window [frames]", at_least=4, at_most=120)
-    skipped_frames: int = setting("first frames of the declared window that the fit leaves out", at_least=0)
+    min_tension_m_s2: float = setting(
+        "A taut rope accelerates the ball by at least this along the rope [m/s^2].", above=0
+    )
+    threshold: float = setting(
+        "Log likelihood ratio at which free flight is declared. A larger value is later and safer.", above=0
+    )
+    min_frames: int = setting("Minimum length of the window that is tested [frames].", at_least=4)
+    max_frames: int = setting("Maximum length of the window that is tested [frames].", at_least=4, at_most=120)
+    skipped_frames: int = setting(
+        "The fit of the flight leaves out this many frames at the start of the window [frames].", at_least=0
+    )
 
     def __post_init__(self) -> None:
         if self.max_frames < self.min_frames:
@@ -58,10 +74,12 @@ class ColouredMotion:
     """A smooth wobble of what is seen about the flight, as of a ball that spins about another point than its centre."""
 
     kind: Literal["coloured"]
-    sigma_m: float = setting("standard deviation of the wobble along each axis [m]", above=0)
-    length_s: float = setting("correlation time of the wobble [s]", above=0)
+    sigma_m: float = setting(
+        "Standard deviation of the ball's wobble about its flight path, along each axis [m].", above=0
+    )
+    length_s: float = setting("Correlation time of the wobble [s].", above=0)
     intensity_m2_s3: float = setting(
-        "spectral density of white noise on the acceleration besides [m^2/s^3]", at_least=0
+        "Spectral density of additional white noise on the acceleration [m^2/s^3].", at_least=0
     )
 
 
@@ -72,19 +90,26 @@ MotionSettings = BallisticMotion | ColouredMotion
 class GravitySettings:
     """Gravity as the calibrated cameras see it; `kendama log predict` estimates the values of one's own flights."""
 
-    scale: float = setting("magnitude over game.gravity_m_s2, for a wrong scale", above=0.8, below=1.2)
-    tilt_rad: tuple[float, float] = setting("tilt towards +x and +y [rad]", above=-0.3, below=0.3)
+    scale: float = setting(
+        "Gravity that the cameras see, as a multiple of game.gravity_m_s2. It is not 1 if the calibration's "
+        "scale is wrong.",
+        above=0.8,
+        below=1.2,
+    )
+    tilt_rad: tuple[float, float] = setting(
+        "Tilt towards +x and +y of the gravity that the cameras see [rad].", above=-0.3, below=0.3
+    )
 
 
 @dataclass(frozen=True)
 class ReleaseSettings:
     """The random flights of the study: a ball on a rope whose cup suddenly yields."""
 
-    apex_low_m: float = setting("lowest apex of the ball over the rim plane [m]", above=0)
-    apex_high_m: float = setting("highest apex over the rim plane [m]", above=0)
-    lateral_m_s: float = setting("largest speed out of the swing plane [m/s]", at_least=0)
-    cup_travel_m: float = setting("the cup releases within this distance of x = 0 [m]", at_least=0)
-    taut_frames: int = setting("frames before the release [frames]", at_least=0)
+    apex_low_m: float = setting("Minimum height of the ball's apex above the rim plane [m].", above=0)
+    apex_high_m: float = setting("Maximum height of the ball's apex above the rim plane [m].", above=0)
+    lateral_m_s: float = setting("Maximum speed of the ball out of the swing plane [m/s].", at_least=0)
+    cup_travel_m: float = setting("The cup releases the ball within this distance of x = 0 [m].", at_least=0)
+    taut_frames: int = setting("Number of frames with a taut rope before the release [frames].", at_least=0)
 
     def __post_init__(self) -> None:
         if self.apex_high_m <= self.apex_low_m:
@@ -95,19 +120,23 @@ class ReleaseSettings:
 class PredictSettings:
     """The study: how many flights, what is measured when."""
 
-    flights: int = setting("random flights", at_least=1)
+    flights: int = setting("Number of random flights.", at_least=1)
     observed_fractions: tuple[float, ...] = setting(
-        "parts of a flight after which the error is taken", above=0, below=1
+        "The prediction error is evaluated after each of these fractions of a flight.", above=0, below=1
     )
-    stated_fraction: float = setting("the one of them that the metrics state", above=0, below=1)
-    onset_from: Literal["images", "truth"] = setting("start of the flight: by the sequential test, or the truth")
-    image_every: int = setting("log every so many frames of the first flight as images; 0: none", at_least=0)
-    jpeg_quality: int = setting("quality of logged images", at_least=1, at_most=100)
-    release: ReleaseSettings = setting("the flights")
-    gravity: GravitySettings = setting("the cameras' calibrated gravity")
-    motion: MotionSettings = setting("model of the ball's deviation from gravity and drag")
-    detector: DetectorSettings = setting("detector of the ball")
-    onset: OnsetSettings = setting("test for free flight")
+    stated_fraction: float = setting(
+        "Fraction of a flight at which the metrics give the error; it is one of observed_fractions.", above=0, below=1
+    )
+    onset_from: Literal["images", "truth"] = setting(
+        "Start of the flight: 'images' finds it by the sequential test, 'truth' takes it from the simulation."
+    )
+    image_every: int = setting("One in this many images of the first flight is logged; 0 logs none.", at_least=0)
+    jpeg_quality: int = setting("JPEG quality of the logged images.", at_least=1, at_most=100)
+    release: ReleaseSettings = setting("Random flights of the study.")
+    gravity: GravitySettings = setting("Gravity as the calibrated cameras see it.")
+    motion: MotionSettings = setting("Model of the ball's deviation from gravity and drag.")
+    detector: DetectorSettings = setting("Detector of the ball.")
+    onset: OnsetSettings = setting("Test for free flight.")
 
     def __post_init__(self) -> None:
         if list(self.observed_fractions) != sorted(set(self.observed_fractions)):

@@ -16,14 +16,18 @@ class DaskExecutor:
 
     kind: Literal["dask"]
     scheduler: str | None = setting(
-        "the scheduler's address, such as tls://host:8786; null: a scheduler and workers on this machine"
+        "Address of the scheduler, such as tls://host:8786; null starts a scheduler and workers on this machine."
     )
-    tls_ca: str | None = setting("file of the authority that signed the cluster's certificates; null: no TLS")
-    tls_cert: str | None = setting("file of this machine's certificate; null: no TLS")
-    tls_key: str | None = setting("file of that certificate's key; null: no TLS")
-    workers: int | None = setting("workers where they are started here; null: one for each core", at_least=1)
-    workers_home: str = setting("folder on each worker's machine in which its own home is")
-    connect_s: float = setting("after so long without an answer the scheduler is out of reach [s]", above=0)
+    tls_ca: str | None = setting("File of the authority that signed the cluster's certificates; null for no TLS.")
+    tls_cert: str | None = setting("File of this machine's certificate; null for no TLS.")
+    tls_key: str | None = setting("File of the certificate's private key; null for no TLS.")
+    workers: int | None = setting(
+        "Number of workers, if they are started on this machine; null starts one per core.", at_least=1
+    )
+    workers_home: str = setting("Folder on each worker's machine that holds the worker's own home.")
+    connect_s: float = setting(
+        "The scheduler counts as unreachable when it has not answered for this long [s].", above=0
+    )
 
     def __post_init__(self) -> None:
         if self.scheduler is not None and not re.fullmatch(r"(tcp|tls)://[^/\s]+:\d+", self.scheduler):
@@ -44,16 +48,16 @@ class SlurmExecutor:
     """Jobs of a Slurm cluster, each a Dask worker that ends with the command."""
 
     kind: Literal["slurm"]
-    partition: str | None = setting("partition of the jobs (sbatch -p); null: Slurm's default")
-    account: str | None = setting("account that is charged (sbatch -A); null: Slurm's default")
-    time: str = setting("time limit of a job (sbatch -t); work that it cuts short resumes in another")
-    memory: str = setting("memory of each job, such as 4GiB")
-    cores: int = setting("cores of each job; so many stages compute in it at once", at_least=1)
-    jobs: int = setting("number of jobs", at_least=1)
-    interface: str | None = setting("network interface that the jobs reach this machine by; null: the usual one")
-    options: tuple[str, ...] = setting("further options of sbatch, such as --qos=long")
-    workers_home: str = setting("folder on each node in which its own home is")
-    connect_s: float = setting("time to wait for the first job before that is reported [s]", above=0)
+    partition: str | None = setting("Partition of the jobs (sbatch -p); null takes Slurm's default.")
+    account: str | None = setting("Account that the jobs are charged to (sbatch -A); null takes Slurm's default.")
+    time: str = setting("Time limit of a job (sbatch -t). Work that it cuts short resumes in another job.")
+    memory: str = setting("Memory of each job, such as 4GiB.")
+    cores: int = setting("Number of cores of each job, which computes as many stages at once.", at_least=1)
+    jobs: int = setting("Number of jobs.", at_least=1)
+    interface: str | None = setting("Network interface by which the jobs reach this machine; null takes the usual one.")
+    options: tuple[str, ...] = setting("Further options of sbatch, such as --qos=long.")
+    workers_home: str = setting("Folder on each node that holds the worker's own home.")
+    connect_s: float = setting("If no job has started after this time, the command reports that it waits [s].", above=0)
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"(\d+-)?\d+(:\d\d){0,2}", self.time):

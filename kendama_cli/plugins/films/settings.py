@@ -13,10 +13,17 @@ class TrainedDetectorSettings:
     """A ball that was taught by boxes in a few images (``kendama camera train``)."""
 
     kind: Literal["trained"]
-    ball: str = setting("file of the trained ball (npz)", file=True)
-    balls: int = setting("maximum number of balls in an image: further peaks share their probability", at_least=1)
-    score_min: float = setting("probability from which a peak counts as seen", above=0, below=1)
-    candidates: int = setting("most candidates in an image", at_least=1, at_most=20)
+    ball: str = setting("File of the trained detector (npz), made by 'kendama camera train'.", file=True)
+    balls: int = setting(
+        "Maximum number of balls in an image. Detections beyond it share their probability.", at_least=1
+    )
+    score_min: float = setting(
+        "A peak counts as a detection from this probability on. A larger value misses more balls and reports "
+        "fewer false ones.",
+        above=0,
+        below=1,
+    )
+    candidates: int = setting("Maximum number of candidates in an image.", at_least=1, at_most=20)
 
 
 @dataclass(frozen=True)
@@ -24,14 +31,18 @@ class NetworkDetectorSettings:
     """A ball that a neural network finds; the network is an ONNX file that OpenCV can run."""
 
     kind: Literal["network"]
-    model: str = setting("file of the network (ONNX)", file=True)
+    model: str = setting("File of the neural network (ONNX).", file=True)
     output: Literal["heatmap", "boxes"] = setting(
-        "output: a probability per place (1, classes, h, w), or rows of middle, size and a probability per class "
-        "(1, 4 + classes, n), as Ultralytics' networks have them"
+        "Output of the network. 'heatmap' is a probability per position (1, classes, h, w); 'boxes' has rows "
+        "of centre, size and a probability per class (1, 4 + classes, n), as in Ultralytics' networks."
     )
-    input_px: tuple[int, int] = setting("width and height of its input [px]", at_least=16, at_most=4096)
-    scale: float = setting("images are scaled by this before; what is then left of the input is grey", above=0)
-    class_number: int = setting("number of the ball's class, from 0", at_least=0)
-    radius_px: float = setting("the ball's radius in the image, of a heat map's sightings [px]", at_least=1.5)
-    score_min: float = setting("probability from which a sighting counts as seen", above=0, below=1)
-    candidates: int = setting("most candidates in an image", at_least=1, at_most=20)
+    input_px: tuple[int, int] = setting("Width and height of the network's input [px].", at_least=16, at_most=4096)
+    scale: float = setting("Images are scaled by this factor before detection; the rest of the input is grey.", above=0)
+    class_number: int = setting("Number of the ball's class, counted from 0.", at_least=0)
+    radius_px: float = setting("Radius of the ball in the image, for the detections of a heat map [px].", at_least=1.5)
+    score_min: float = setting(
+        "A detection counts from this probability on. A larger value misses more balls and reports fewer false ones.",
+        above=0,
+        below=1,
+    )
+    candidates: int = setting("Maximum number of candidates in an image.", at_least=1, at_most=20)

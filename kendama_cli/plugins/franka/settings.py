@@ -16,22 +16,38 @@ class FrankaHardware:
     moves: ClassVar[bool] = True
 
     kind: Literal["franka"]
-    host: str = setting("name or address of the arm's controller")
-    realtime: Literal["enforce", "ignore"] = setting("check for a real-time kernel on this machine")
-    control_period_s: float = setting("one command per period; whole milliseconds [s]", above=0, at_most=0.02)
-    lower_rad: tuple[float, ...] = setting("the arm's own least angles [rad]")
-    upper_rad: tuple[float, ...] = setting("the arm's own largest angles [rad]")
-    velocity_rad_s: tuple[float, ...] = setting("the arm's own speed limits [rad/s]", above=0)
-    acceleration_rad_s2: tuple[float, ...] = setting("the arm's own acceleration limits [rad/s^2]", above=0)
-    jerk_rad_s3: tuple[float, ...] = setting("the arm's own jerk limits [rad/s^3]", above=0)
-    stop_rad_s2: tuple[float, ...] = setting("with which a joint brakes toward its stop [rad/s^2]", above=0)
-    stop_rad_s: tuple[float, ...] = setting("less than that braking allows, near a stop [rad/s]", at_least=0)
-    collision_nm: float = setting("a joint pushed harder than this stops the arm [Nm]", above=0)
-    collision_n: float = setting("a hand pushed harder than this stops the arm [N], or turned [Nm]", above=0)
-    approach_rad_s: float = setting("maximum velocity of a joint on its way to the start of a motion [rad/s]", above=0)
-    reply_s: float = setting("so long after an answer the next command is waited for, then the arm brakes [s]", above=0)
-    silence_s: float = setting("so long without a state is a broken line [s]", above=0)
-    wait_s: float = setting("time to wait for the arm at the start, and to recover [s]", above=0)
+    host: str = setting("Name or address of the arm's controller.")
+    realtime: Literal["enforce", "ignore"] = setting(
+        "Check for a real-time kernel on this machine: 'enforce' refuses to run without one."
+    )
+    control_period_s: float = setting("Period of one command, in whole milliseconds [s].", above=0, at_most=0.02)
+    lower_rad: tuple[float, ...] = setting("Lower limits of the joint angles, as the arm states them [rad].")
+    upper_rad: tuple[float, ...] = setting("Upper limits of the joint angles, as the arm states them [rad].")
+    velocity_rad_s: tuple[float, ...] = setting(
+        "Velocity limits of the joints, as the arm states them [rad/s].", above=0
+    )
+    acceleration_rad_s2: tuple[float, ...] = setting(
+        "Acceleration limits of the joints, as the arm states them [rad/s^2].", above=0
+    )
+    jerk_rad_s3: tuple[float, ...] = setting("Jerk limits of the joints, as the arm states them [rad/s^3].", above=0)
+    stop_rad_s2: tuple[float, ...] = setting(
+        "Deceleration from which the arm derives a joint's velocity limit near a stop [rad/s^2].", above=0
+    )
+    stop_rad_s: tuple[float, ...] = setting(
+        "Near a stop, the arm's velocity limit is lower by this than that deceleration allows [rad/s].", at_least=0
+    )
+    collision_nm: float = setting("The arm stops when an external torque at a joint exceeds this [Nm].", above=0)
+    collision_n: float = setting(
+        "The arm stops when an external force at the hand exceeds this [N], or a torque this number [Nm].", above=0
+    )
+    approach_rad_s: float = setting(
+        "Maximum velocity of a joint while the arm moves to the start of a motion [rad/s].", above=0
+    )
+    reply_s: float = setting(
+        "The driver waits this long after a state of the arm for the next command, then brakes the arm [s].", above=0
+    )
+    silence_s: float = setting("The connection counts as lost when no state has arrived for this long [s].", above=0)
+    wait_s: float = setting("Time to wait for the arm at the start and for its recovery from an error [s].", above=0)
 
     def __post_init__(self) -> None:
         for field in fields(self):

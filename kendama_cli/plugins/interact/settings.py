@@ -12,24 +12,32 @@ from kendama_cli.schema.settings import setting
 class TaskSpaceGains:
     """Springs and dampers of the tool, and the posture that it leaves free."""
 
-    stiffness_n_m: tuple[float, float, float] = setting("stiffness along the world's x, y, z [N/m]", above=0)
-    stiffness_nm_rad: float = setting("stiffness against turning, about every axis [Nm/rad]", above=0)
-    spin: Literal["held", "free"] = setting("the turn about the tool's own axis, which a round tool does not need")
-    damping_ratio: float = setting("damping of every mode of the tool, 1 being critical", above=0)
-    posture_1_s2: float = setting("stiffness of the posture, where the tool leaves it free, over inertia", at_least=0)
+    stiffness_n_m: tuple[float, float, float] = setting(
+        "Stiffness of the tool against displacement along x, y and z of the world [N/m].", above=0
+    )
+    stiffness_nm_rad: float = setting("Stiffness of the tool against rotation about every axis [Nm/rad].", above=0)
+    spin: Literal["held", "free"] = setting(
+        "Rotation about the tool's own axis: 'held' by a spring, or 'free', as a round tool allows."
+    )
+    damping_ratio: float = setting("Damping ratio of every mode of the tool; 1 is critical.", above=0)
+    posture_1_s2: float = setting(
+        "Stiffness, per inertia, that holds the arm's posture where the tool leaves it free [1/s^2].", at_least=0
+    )
 
 
 @dataclass(frozen=True)
 class ImpedanceControl(TaskSpaceGains):
     """The tool is a mass on springs; a wanted force is fed forward and adds to that of the springs."""
 
-    kind: Literal["impedance"] = setting("springs in every direction")
+    kind: Literal["impedance"] = setting("Springs act in every direction.")
 
 
 @dataclass(frozen=True)
 class ForceControl(TaskSpaceGains):
     """The same, but along a wanted force no spring acts, and the measured force is brought to the wanted one."""
 
-    kind: Literal["force"] = setting("a force where one is wanted, springs elsewhere")
-    integral_1_s: float = setting("integral gain of the force's error, over time [1/s]", at_least=0)
-    reach_m: float = setting("distance along a desired force at which the tool is free of its reference [m]", above=0)
+    kind: Literal["force"] = setting("The force is controlled where one is desired; springs act elsewhere.")
+    integral_1_s: float = setting("Integral gain on the force error [1/s].", at_least=0)
+    reach_m: float = setting(
+        "Along a desired force no spring acts until the tool is this far from its reference [m].", above=0
+    )

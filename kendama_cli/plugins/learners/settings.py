@@ -15,14 +15,16 @@ class DynaSettings:
     """SARSA(lambda) on a table, and a model of its transitions that is learned from beside them."""
 
     kind: Literal["dyna"]
-    planning: int = setting("imagined transitions that are learned from after every real one", at_least=0)
+    planning: int = setting("Number of imagined transitions that update the table after every real one.", at_least=0)
     planning_alpha: float = setting(
-        "learning rate of an imagined transition, as a share of that of a real one", above=0, at_most=1
+        "Learning rate of an imagined transition, as a fraction of that of a real one.", above=0, at_most=1
     )
     backup: Literal["q", "sarsa"] = setting(
-        "action after an imagined transition: the best one (Dyna-Q), or the one chosen then (Dyna-SARSA)"
+        "Action after an imagined transition: 'q' takes the best one (Dyna-Q), 'sarsa' the one taken then (Dyna-SARSA)."
     )
-    outcomes: int = setting("so many of the last transitions of each pair of state and action are remembered", above=0)
+    outcomes: int = setting(
+        "The model stores this many of the last transitions from each pair of state and action.", above=0
+    )
 
 
 @dataclass(frozen=True)
@@ -30,12 +32,14 @@ class TileCodingSettings:
     """SARSA(lambda) on several offset tilings of the state, whose tiles' values add up."""
 
     kind: Literal["tile_coding"]
-    tilings: int = setting("tilings, each offset against the others", above=0)
-    position_tiles: int = setting("tiles over the cup's places in the workspace", above=0)
-    velocity_tiles: int = setting("tiles over the cup's speeds", above=0)
-    angle_tiles: int = setting("tiles over the full circle of the ball's angle", above=0)
-    rate_tiles: int = setting("tiles over the ball's angular velocities", above=0)
-    max_rate_rad_s: float = setting("angular velocity up to which the tiles reach, on either side [rad/s]", above=0)
+    tilings: int = setting(
+        "Number of tilings, each offset from the others. More tilings give a finer resolution.", above=0
+    )
+    position_tiles: int = setting("Number of tiles over the cup's positions in the workspace.", above=0)
+    velocity_tiles: int = setting("Number of tiles over the cup's velocities.", above=0)
+    angle_tiles: int = setting("Number of tiles over the full circle of the ball's angle.", above=0)
+    rate_tiles: int = setting("Number of tiles over the ball's angular velocities.", above=0)
+    max_rate_rad_s: float = setting("The tiles reach up to this angular velocity, in both directions [rad/s].", above=0)
 
 
 @dataclass(frozen=True)
@@ -44,16 +48,22 @@ class OpenLoopSettings:
 
     kind: Literal["open_loop"]
     search: Literal["cma", "power", "random"] = setting(
-        "CMA-ES, PoWER, or random: their baseline, the best of random swings"
+        "Method of the search: CMA-ES, PoWER, or their baseline 'random', which keeps the best of random swings."
     )
-    generation: int = setting("swings tried before the search takes its next step", at_least=4)
+    generation: int = setting("The search updates after this many swings.", at_least=4)
     replay_from: float = setting(
-        "share of a generation that has to succeed before the search's centre is replayed", above=0, at_most=1
+        "If at least this fraction of a generation succeeds, the search's centre is replayed.", above=0, at_most=1
     )
-    restart_after: int = setting("generations in a row without a success after which the search begins anew", above=0)
-    frequency_rad_s: tuple[float, float] = setting("start of the search: the first frequency, mean -+ deviation")
-    chirp_rad_s2: tuple[float, float] = setting("the same of the frequency's change [rad/s^2]")
-    amplitude: tuple[float, float] = setting("the same of the amplitude, in half widths of the workspace")
+    restart_after: int = setting("The search restarts after this many generations in a row without a success.", above=0)
+    frequency_rad_s: tuple[float, float] = setting(
+        "Initial range of the swing's first angular frequency: mean -+ one standard deviation [rad/s]."
+    )
+    chirp_rad_s2: tuple[float, float] = setting(
+        "Initial range of the rate at which the frequency changes: mean -+ one standard deviation [rad/s^2]."
+    )
+    amplitude: tuple[float, float] = setting(
+        "Initial range of the amplitude, in half widths of the workspace: mean -+ one standard deviation."
+    )
 
     def __post_init__(self) -> None:
         _check_ranges(self)
@@ -65,14 +75,24 @@ class ModelBasedSettings:
 
     kind: Literal["model_based"]
     game: GameSettings
-    sampled_rollouts: int = setting("rollouts that play swings drawn from the ranges before the first search", above=0)
-    models: int = setting("models, drawn from what the fit leaves open, over which a swing's cost is averaged", above=0)
-    candidates: int = setting("swings drawn and tried in the model, from the best of which a search begins", above=0)
-    population: int = setting("swings tried in the model before the search takes its next step", at_least=4)
-    generations: int = setting("such steps of one search", above=0)
-    frequency_rad_s: tuple[float, float] = setting("range of sampled and searched swings: the first frequency")
-    chirp_rad_s2: tuple[float, float] = setting("the same of the frequency's change [rad/s^2]")
-    amplitude: tuple[float, float] = setting("the same of the amplitude, in half widths of the workspace")
+    sampled_rollouts: int = setting(
+        "This many rollouts play swings sampled from the ranges before the first search.", above=0
+    )
+    models: int = setting(
+        "A swing's cost is the mean over this many models, sampled from the uncertainty of the fit.", above=0
+    )
+    candidates: int = setting(
+        "This many swings are sampled and tried in the model; a search starts from the best of them.", above=0
+    )
+    population: int = setting("The search in the model updates after this many swings.", at_least=4)
+    generations: int = setting("Number of updates of one search.", above=0)
+    frequency_rad_s: tuple[float, float] = setting(
+        "Range of the first angular frequency of swings that are sampled and searched [rad/s]."
+    )
+    chirp_rad_s2: tuple[float, float] = setting(
+        "Range of the rate at which the frequency of these swings changes [rad/s^2]."
+    )
+    amplitude: tuple[float, float] = setting("Range of the amplitude of these swings, in half widths of the workspace.")
 
     def __post_init__(self) -> None:
         _check_ranges(self)

@@ -15,23 +15,34 @@ class MarkerSettings:
     """A printed square marker on the cup's handle, and the camera that sees it."""
 
     plausible: PlausibleSettings
-    dictionary: Literal["4x4_50", "5x5_100", "apriltag_16h5", "apriltag_36h11"] = setting("the marker's family")
-    number: int = setting("number of the marker", at_least=0)
-    size_m: float = setting("side of its black square, as measured on the print: all lengths rest on it [m]", above=0)
-    marker_to_cup_m: tuple[float, float, float] = setting(
-        "the cup's tie point in the marker's axes: x right, y up on the print, z out of it [m]"
+    dictionary: Literal["4x4_50", "5x5_100", "apriltag_16h5", "apriltag_36h11"] = setting(
+        "Dictionary of square markers from which the printed one is."
     )
-    calibration: str | None = setting("file of 'kendama camera calibrate'; null: field_of_view_deg", file=True)
-    camera: str | None = setting("name of the camera in the calibration; null: its only one")
-    field_of_view_deg: float | None = setting("horizontal, of a lens without distortion", above=0, below=170)
+    number: int = setting("Number of the marker in its dictionary.", at_least=0)
+    size_m: float = setting(
+        "Side of the marker's black square, measured on the print [m]. All lengths scale with it.", above=0
+    )
+    marker_to_cup_m: tuple[float, float, float] = setting(
+        "Tie point of the rope in the marker's axes: x to the right, y up on the print, z out of it [m]."
+    )
+    calibration: str | None = setting("File by 'kendama camera calibrate'; null uses field_of_view_deg.", file=True)
+    camera: str | None = setting("Name of the camera in the calibration; null takes its only one.")
+    field_of_view_deg: float | None = setting(
+        "Horizontal field of view of a lens without distortion [deg].", above=0, below=170
+    )
     view: Literal["level", "calibration"] = setting(
-        "level: the camera stands level and looks across the swing (x right, z up); calibration: as the file says"
+        "Pose of the camera: 'level' stands level and looks across the swing (x right, z up), 'calibration' "
+        "takes that of the file."
     )
     rate_hz: float | None = setting(
-        "frames a second when it was filmed, for slow motion; null: as the film says", above=0
+        "Images per second at which a slow-motion video was recorded [Hz]; null takes the rate of the video.", above=0
     )
-    max_gap_s: float = setting("longest stretch without the marker that is bridged [s]", above=0)
-    segments: Literal["auto", "one"] = setting("auto: several swings in a film are cut apart where the hand rests")
+    max_gap_s: float = setting(
+        "Gaps without the marker of up to this duration are interpolated, longer ones refused [s].", above=0
+    )
+    segments: Literal["auto", "one"] = setting(
+        "Swings in one video: 'auto' splits it where the hand rests, 'one' takes it as one swing."
+    )
 
     def __post_init__(self) -> None:
         if (self.calibration is None) == (self.field_of_view_deg is None):
@@ -47,8 +58,8 @@ class MarkerSettings:
 class MarkerCapture(MarkerSettings):
     """Films of the marker, one swing or several in each."""
 
-    kind: Literal["marker"] = setting("films of a printed marker")
-    path: str | tuple[str, ...] | None = setting("film, glob or list of them", file=True)
+    kind: Literal["marker"] = setting("The demonstrations are videos of a printed marker.")
+    path: str | tuple[str, ...] | None = setting("Video, glob or list of them.", file=True)
 
     def __post_init__(self) -> None:
         if not self.path:
@@ -64,7 +75,7 @@ class MarkerLiveCapture(MarkerSettings):
     streams: ClassVar[bool] = True
     """A person swings for it: what was recorded is kept until someone asks for another recording."""
 
-    kind: Literal["marker_live"] = setting("a printed marker before a camera")
-    device: int | str = setting("the camera, a number or an address")
-    record: str = setting("file of its video; it is never overwritten")
-    seconds: float = setting("duration of the recording [s]", above=0)
+    kind: Literal["marker_live"] = setting("A printed marker is recorded by a live camera.")
+    device: int | str = setting("Camera to record, as a number or an address.")
+    record: str = setting("File of the recorded video, which is never overwritten.")
+    seconds: float = setting("Duration of the recording [s].", above=0)

@@ -18,16 +18,21 @@ class BodySettings:
     """A tracked body on the cup: its axes, where the cup is in it, and what its swings can be."""
 
     plausible: PlausibleSettings
-    axes: Axes = setting("axes of the file that are our x, y and z (up): [x, -z, y] for y up")
+    axes: Axes = setting("Axes of the file that are kendama's x, y and z (up); [x, -z, y] if the file has y up.")
     body_to_cup_m: tuple[float, float, float] = setting(
-        "vector from the body's origin to the cup's tie point, in the body's axes (kendama capture pivot) [m]"
+        "Tie point of the rope in the tracked body's axes, from its origin [m]. 'kendama capture pivot' measures it."
     )
     upright: Literal["start", "given"] = setting(
-        "start: the cup is upright where the recording begins; given: the body's own axes are the cup's"
+        "Reference of the orientation: 'start' takes the cup as upright where the recording starts, 'given' "
+        "takes the body's axes as the cup's."
     )
-    max_gap_s: float = setting("longest stretch without the body that is bridged [s]", above=0)
+    max_gap_s: float = setting(
+        "Gaps without the body of up to this duration are interpolated, longer ones refused [s].", above=0
+    )
     times: Literal["even", "stamps"] = setting(TIMES)
-    segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
+    segments: Literal["auto", "one"] = setting(
+        "Swings in one file: 'auto' splits it where the hand rests, 'one' takes it as one swing."
+    )
     handedness: Handedness = setting(HANDEDNESS, absent="right")
 
     def __post_init__(self) -> None:
@@ -38,12 +43,18 @@ class BodySettings:
 class BodyCapture(BodySettings):
     """A tracked body in the files of motion capture systems and robots, and the ball where it was tracked too."""
 
-    kind: Literal["body"] = setting("a tracked body in files")
-    path: str | tuple[str, ...] | None = setting("file, glob or list of them", file=True)
-    body: str | None = setting("name of the rigid body on the cup (a marker, topic or child frame); null: the only one")
-    ball: str | None = setting("name of the ball's marker; null: it was not tracked")
-    unit: LengthUnit | None = setting("unit of a file that does not tell it, as BVH does not", absent=None)
-    misses: Literal["drop", "keep"] = setting("swings after which the ball is not in the cup, where it was tracked")
+    kind: Literal["body"] = setting("The demonstrations are files of a tracked body.")
+    path: str | tuple[str, ...] | None = setting("File, glob or list of files.", file=True)
+    body: str | None = setting(
+        "Name of the rigid body on the cup (a marker, topic or child frame); null takes the only one."
+    )
+    ball: str | None = setting("Name of the ball's marker; null if the ball was not tracked.")
+    unit: LengthUnit | None = setting(
+        "Unit of the positions, for a file that does not state it, such as BVH.", absent=None
+    )
+    misses: Literal["drop", "keep"] = setting(
+        "Swings that do not end with the ball in the cup, if it was tracked: 'drop' leaves them out, 'keep' takes them."
+    )
 
     def __post_init__(self) -> None:
         if not self.path:
@@ -59,12 +70,12 @@ class MocapCapture(StreamServer, BodySettings):
     streams: ClassVar[bool] = True
     """A person swings for it: what was recorded is kept until someone asks for another recording."""
 
-    kind: Literal["mocap"] = setting("a tracked body that is streamed now")
+    kind: Literal["mocap"] = setting("A tracked body is recorded from a live stream.")
     body: str = setting(
-        "name of the rigid body on the cup: of its transform, or of its VRPN tracker (TRACKER:1 for its sensor 1)"
+        "Name of the rigid body on the cup: that of its transform, or of its VRPN tracker (TRACKER:1 for sensor 1)."
     )
-    seconds: float = setting("duration of the recording [s]", above=0)
-    record: str = setting("file of the raw stream; it is never overwritten")
+    seconds: float = setting("Duration of the recording [s].", above=0)
+    record: str = setting("File of the raw stream, which is never overwritten.")
 
     def __post_init__(self) -> None:
         super().__post_init__()

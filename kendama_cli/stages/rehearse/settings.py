@@ -11,10 +11,12 @@ from kendama_cli.schema.settings import setting
 class RehearseSettings:
     """Settings of the first attempts of a motion on an arm."""
 
-    speed: float = setting("fraction of the motion's own speed; its tau is divided by it", above=0, at_most=1)
+    speed: float = setting(
+        "Fraction of the motion's planned speed; tau is divided by it. Start low on a real arm.", above=0, at_most=1
+    )
     max_tracking_error_rad: float = setting(
-        "a joint measured farther from what was sent to it halts the arm [rad]", above=0
+        "The arm is halted when a measured joint angle deviates from the command by more than this [rad].", above=0
     )
     max_twin_deviation_rad: float = setting(
-        "a joint of the twin farther from what is commanded keeps the arm from being moved [rad]", above=0
+        "The arm is not moved at all if a joint of the twin deviates from the command by more than this [rad].", above=0
     )

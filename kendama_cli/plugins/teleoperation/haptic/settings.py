@@ -18,10 +18,12 @@ USUAL_AXES: Mapping[str, Axes] = {"openigtlink": ("x", "y", "z"), "vrpn": ("x", 
 class CouplingSettings:
     """A spring and damper between device and cup, and what the hand may feel at most."""
 
-    stiffness_n_m: float = setting("spring between device and cup [N/m]", above=0)
-    damping_n_s_m: float = setting("damper beside it [N s/m]; above stiffness times half a period", at_least=0)
-    max_force_n: float = setting("largest force [N]", above=0)
-    max_force_rate_n_s: float = setting("fastest rise of the force [N/s]", above=0)
+    stiffness_n_m: float = setting("Stiffness of the spring between device and cup [N/m].", above=0)
+    damping_n_s_m: float = setting(
+        "Damping between device and cup; it must exceed the stiffness times half a control period [N s/m].", at_least=0
+    )
+    max_force_n: float = setting("Maximum force on the hand [N].", above=0)
+    max_force_rate_n_s: float = setting("Maximum rate at which the force rises [N/s].", above=0)
 
 
 @dataclass(frozen=True)
@@ -31,25 +33,30 @@ class HapticCapture(StreamServer):
     live: ClassVar[bool] = True
     """A person swings for it: what was recorded is kept until someone asks for another recording."""
 
-    kind: Literal["haptic"] = setting("a haptic device")
-    game: GameSettings = setting("the game that is felt")
-    coupling: CouplingSettings = setting("coupling of the stylus to the cup")
+    kind: Literal["haptic"] = setting("A haptic device moves the cup.")
+    game: GameSettings = setting("Game that the hand feels.")
+    coupling: CouplingSettings = setting("Coupling of the stylus to the cup.")
     device: str = setting(
-        "name of the stylus' TRANSFORM there (its STRING is NAME-grip, our force goes to NAME-force), or of the "
-        "VRPN device"
+        "Name of the stylus' TRANSFORM on the server, or of the VRPN device. Its STRING is NAME-grip; "
+        "kendama's force goes to NAME-force."
     )
-    button: int = setting("VRPN: number of the button that is the dead-man's switch", at_least=0)
+    button: int = setting("VRPN number of the button that is the dead-man's switch.", at_least=0)
     axes: Axes | None = setting(
-        "axes of the device that are our x, y and z (up); null: the usual ones, [x, y, z] or [x, -z, y] (VRPN)"
+        "Axes of the device that are kendama's x, y and z (up); null takes the usual ones, [x, y, z], or [x, "
+        "-z, y] for VRPN."
     )
-    scale: float = setting("metres of the virtual hand per metre of the stylus", above=0)
-    felt_fraction: float = setting("share of the force, scaled as the way is, that the stylus gives the hand", above=0)
-    watchdog_s: float = setting("a longer silence of the device stops the force for good [s]", above=0.002)
-    max_speed_m_s: float = setting("a virtual hand that moves faster is a fault of the device [m/s]", above=0)
-    caught_s: float = setting("a ball that lies in the cup for this long is caught [s]", above=0)
-    wait_s: float = setting("time to wait for a hand to grip the stylus [s]", above=0)
-    swings: int = setting("number of demonstrations to record", at_least=1)
-    record: str = setting("folder in which every swing is kept as it was made; nothing there is overwritten")
+    scale: float = setting("The cup moves this many metres per metre of the stylus.", above=0)
+    felt_fraction: float = setting(
+        "Fraction of the game's force, scaled like the displacement, that the stylus exerts on the hand.", above=0
+    )
+    watchdog_s: float = setting(
+        "The force stops for good when the device has been silent for longer than this [s].", above=0.002
+    )
+    max_speed_m_s: float = setting("A faster cup counts as a fault of the device [m/s].", above=0)
+    caught_s: float = setting("The ball counts as caught when it has been in the cup for this long [s].", above=0)
+    wait_s: float = setting("Time to wait for a hand to grip the stylus [s].", above=0)
+    swings: int = setting("Number of demonstrations to record.", at_least=1)
+    record: str = setting("Folder in which every swing is stored as recorded; nothing there is overwritten.")
 
     def __post_init__(self) -> None:
         if self.axes is not None:

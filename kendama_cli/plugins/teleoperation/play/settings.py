@@ -16,28 +16,36 @@ class PlayCapture(FileCapture):
 
     kind: Literal["play"]  # type: ignore[assignment]
     path: str | tuple[str, ...] | None = setting(
-        "tries that were kept; a file, glob or list of them", file=True, made_by="'kendama play' keeps tries there"
+        "Stored attempts: a file, glob or list of them.", file=True, made_by="'kendama play' keeps tries there"
     )
-    take: Literal["chosen", "caught", "all"] = setting("tries to take: those chosen on the page, all caught, or all")
+    take: Literal["chosen", "caught", "all"] = setting(
+        "Attempts to take: those chosen on the page, all that caught, or all."
+    )
 
 
 @dataclass(frozen=True)
 class EaseSettings:
     """Limits to which a player may ease the game."""
 
-    min_gravity_fraction: float = setting("least gravity, as a share of the game's", above=0, at_most=1)
-    rope_scale: tuple[float, float] = setting("shortest and longest rope, as shares of the game's", above=0)
-    max_cup_scale: float = setting("widest cup, as a multiple of the game's", at_least=1)
+    min_gravity_fraction: float = setting(
+        "Minimum gravity that a player may choose, as a fraction of the game's.", above=0, at_most=1
+    )
+    rope_scale: tuple[float, float] = setting(
+        "Minimum and maximum length of the rope that a player may choose, as fractions of the game's.", above=0
+    )
+    max_cup_scale: float = setting(
+        "Maximum width of the cup that a player may choose, as a multiple of the game's.", at_least=1
+    )
 
 
 @dataclass(frozen=True)
 class ReachSettings:
     """Region that the cup can be dragged to, from its start."""
 
-    lateral_m: float = setting("reach to either side [m]", above=0)
-    down_m: float = setting("down [m]", above=0)
-    up_m: float = setting("up [m]", above=0)
-    tilt_rad: float = setting("leaning to either side [rad]", at_least=0)
+    lateral_m: float = setting("Maximum displacement of the cup to either side [m].", above=0)
+    down_m: float = setting("Maximum displacement of the cup downwards [m].", above=0)
+    up_m: float = setting("Maximum displacement of the cup upwards [m].", above=0)
+    tilt_rad: float = setting("Maximum tilt of the cup to either side [rad].", at_least=0)
 
 
 @dataclass(frozen=True)
@@ -46,13 +54,16 @@ class PlaySettings:
 
     ease: EaseSettings
     reach: ReachSettings
-    folder: str = setting("folder of the tries, with a folder for every player")
-    smoothing_s: float = setting("half width of the filter over the hand's samples, and its delay [s]", above=0)
-    caught_s: float = setting("a ball that lies in the cup for this long is caught [s]", above=0)
-    max_attempt_s: float = setting("a try ends after this time [s]", above=1)
-    pause_s: float = setting("a longer silence of the hand ends the try [s]", above=0.02)
-    max_players: int = setting("players at once", at_least=1)
-    max_attempts: int = setting("tries that one player's folder may hold", at_least=1)
+    folder: str = setting("Folder of the attempts, with a folder for every player.")
+    smoothing_s: float = setting(
+        "Half width, and delay, of the filter over the hand's samples [s]. A larger value is smoother and slower.",
+        above=0,
+    )
+    caught_s: float = setting("The ball counts as caught when it has been in the cup for this long [s].", above=0)
+    max_attempt_s: float = setting("An attempt ends after this time [s].", above=1)
+    pause_s: float = setting("An attempt ends when the hand has sent nothing for longer than this [s].", above=0.02)
+    max_players: int = setting("Maximum number of players at once.", at_least=1)
+    max_attempts: int = setting("Maximum number of attempts in one player's folder.", at_least=1)
 
     def __post_init__(self) -> None:
         shortest, longest = self.ease.rope_scale
