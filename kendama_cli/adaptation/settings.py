@@ -49,13 +49,13 @@ class UncertaintySettings:
         "Each joint has Coulomb friction of up to this that its controller does not model [Nm].", at_least=0
     )
     joint_friction_fraction: float = setting(
-        "Each joint has more friction than its controller models, by this fraction of its known friction, in "
-        "every perturbed simulation.",
+        "Each joint has more friction than its controller models, by this fraction of its known friction, in every "
+        "perturbed simulation.",
         at_least=0,
     )
     min_reach_m: float = setting(
-        "A visual catch must be able to move the cup this far to either side while the ball flies [m]. If the "
-        "arm cannot, the run stops before the search.",
+        "A visual catch must be able to move the cup this far to either side while the ball flies [m]. If the arm "
+        "cannot, the run stops before the search.",
         at_least=0,
     )
 
@@ -99,8 +99,8 @@ class CorrectionSettings:
         "The cup stays within this distance of its planned path, before the catch and after it [m].", above=0
     )
     matching: float = setting(
-        "Fraction of the ball's horizontal velocity that the cup should have at the catch. 1 meets the ball "
-        "without a horizontal impact.",
+        "Fraction of the ball's horizontal velocity that the cup should have at the catch. 1 meets the ball without a "
+        "horizontal impact.",
         at_least=0,
         at_most=1,
     )
@@ -121,8 +121,8 @@ class PolicySettings:
     """Settings of the search for the motion's shape (bumps on its path, goal and tau) in generations of rollouts."""
 
     bumps: int = setting(
-        "Number of bumps added to the path along x, and as many along z, evenly spaced in time. More bumps "
-        "allow more shapes and slow the search.",
+        "Number of bumps added to the path along x, and as many along z, evenly spaced in time. More bumps allow more "
+        "shapes and slow the search.",
         at_least=1,
         at_most=12,
     )
@@ -138,8 +138,8 @@ class PolicySettings:
         "The search ends after this many rollouts; rollouts that evaluate a motion do not count.", at_least=4
     )
     stop_at: tuple[int, int] = setting(
-        "The search ends when at least the first number of catches is reached in the second number of "
-        "repeats, which follow a generation.",
+        "The search ends when at least the first number of catches is reached in the second number of repeats, which "
+        "follow a generation.",
         at_least=1,
     )
     elite: int = setting("The policy is updated from this many of the best rollouts so far (search=power).", at_least=1)
@@ -171,19 +171,17 @@ class AdaptSettings:
     line: LineSettings
     policy: PolicySettings
     search: Literal["tau", "aim", "cma", "power", "random"] = setting(
-        "Method of the search. 'tau' tries windows of tau, then goals and sizes; 'aim' corrects the motion by "
-        "the miss of each rollout; 'cma' and 'power' change the motion's shape, and 'random' is their "
-        "baseline."
+        "Method of the search. 'tau' tries windows of tau, then goals and sizes; 'aim' corrects the motion by the "
+        "miss of each rollout; 'cma' and 'power' change the motion's shape, and 'random' is their baseline."
     )
     simulations: Literal["fresh", "held"] = setting(
-        "Perturbations of the rollouts. 'fresh' samples new ones for every rollout; 'held' keeps one "
-        "perturbed simulation, like one real arm and kendama, in which only the ball's start and the noise "
-        "change."
+        "Perturbations of the rollouts. 'fresh' samples new ones for every rollout; 'held' keeps one perturbed "
+        "simulation, like one real arm and kendama, in which only the ball's start and the noise change."
     )
     swing_scale: float = setting("Every search starts with the motion scaled by this factor in space.", above=0)
     catch: Literal["visual", "open_loop"] = setting(
-        "Method of the catch. 'visual' moves the cup to where the flying ball is seen to land; 'open_loop' "
-        "plays the motion as planned."
+        "Method of the catch. 'visual' moves the cup to where the flying ball is seen to land; 'open_loop' plays the "
+        "motion as planned."
     )
     placement: Literal["fixed", "search"] = setting(
         "Position of the arm's base. 'fixed' takes it from conf/robot; 'search' finds one for this motion first."
@@ -193,8 +191,8 @@ class AdaptSettings:
     )
     tau_start: float = setting("The search tries this tau_scale first.", above=0)
     tau_step: float = setting(
-        "Spacing of the grid of tau_scale on which the search looks for windows that catch. A coarser grid "
-        "needs fewer rollouts and may miss a window.",
+        "Spacing of the grid of tau_scale on which the search looks for windows that catch. A coarser grid needs "
+        "fewer rollouts and may miss a window.",
         above=0,
     )
     tau_resolution: float = setting("The search ignores windows of tau_scale that are narrower than this.", above=0)
@@ -208,13 +206,13 @@ class AdaptSettings:
         "The search ends after this many rollouts; rollouts that evaluate a motion do not count.", at_least=1
     )
     repeats: int = setting(
-        "The chosen motion is evaluated in this many fresh perturbed simulations, which give success_rate. "
-        "More repeats narrow its interval.",
+        "The chosen motion is evaluated in this many fresh perturbed simulations, which give success_rate. More "
+        "repeats narrow its interval.",
         at_least=1,
     )
     tilt_fraction: float = setting(
-        "The arm plays this fraction of the demonstrated tilt of the cup, or less if it cannot reach it. 0 "
-        "keeps the cup upright.",
+        "The arm plays this fraction of the demonstrated tilt of the cup, or less if it cannot reach it. 0 keeps the "
+        "cup upright.",
         at_least=0,
         at_most=1,
     )

@@ -28,8 +28,8 @@ class ObservationSettings:
         "Virtual cameras deliver an image's estimate this long after the end of its exposure [s].", at_least=0
     )
     camera_origin: Literal["line", "world"] = setting(
-        "Origin of the cameras' poses: 'line' is the rope's tie point at the centre of the line, 'world' the "
-        "world's origin."
+        "Origin of the cameras' poses: 'line' is the rope's tie point at the centre of the line, 'world' the world's "
+        "origin."
     )
     image_every: int = setting("One in this many images of the first game is logged whole.", at_least=1)
     position_sigma_m: float = setting("Standard deviation of a tracked position, per axis [m].", above=0)
@@ -37,8 +37,8 @@ class ObservationSettings:
         "With tracking, the ball counts as flying this long after the swing-up has reached its goal [s].", at_least=0
     )
     max_sigma_m: float = setting(
-        "The cup follows a predicted landing point once its standard deviation is below this [m]. Until then "
-        "it follows the landing point that the last state of the swing predicts.",
+        "The cup follows a predicted landing point once its standard deviation is below this [m]. Until then it "
+        "follows the landing point that the last state of the swing predicts.",
         above=0,
     )
 
@@ -51,8 +51,8 @@ class CatchSettings:
     max_speed_m_s: float = setting("Maximum speed of the cup [m/s].", above=0)
     half_width_m: float = setting("The cup stays within this distance of the line's centre [m].", above=0)
     matching: float = setting(
-        "Fraction of the ball's horizontal velocity that the cup should have at the catch. 1 meets the ball "
-        "without a horizontal impact.",
+        "Fraction of the ball's horizontal velocity that the cup should have at the catch. 1 meets the ball without a "
+        "horizontal impact.",
         at_least=0,
         at_most=1,
     )
@@ -84,21 +84,21 @@ class TransferSettings:
     """Settings of the steps of the transfer."""
 
     policy: str | None = setting(
-        "File artifact.json of a stored policy that replaces the learn stage's and is verified in the same "
-        "way; null takes the learn stage's.",
+        "File artifact.json of a stored policy that replaces the learn stage's and is verified in the same way; null "
+        "takes the learn stage's.",
         file=True,
     )
     evaluation_rollouts: int = setting(
-        "The frozen policy is evaluated in this many rollouts before it learns on the hardware, and in as "
-        "many afterwards.",
+        "The frozen policy is evaluated in this many rollouts before it learns on the hardware, and in as many "
+        "afterwards.",
         above=0,
     )
     max_rollouts: int = setting(
         "Learning on the hardware ends after this many rollouts, even without a streak of successes.", above=0
     )
     solved_streak: int = setting(
-        "The policy is frozen after this many greedy successes in a row; until then it learns. It never takes "
-        "fewer than learn.count.learned_streak.",
+        "The policy is frozen after this many greedy successes in a row; until then it learns. It never takes fewer "
+        "than learn.count.learned_streak.",
         above=0,
     )
     baseline: bool = setting("If true, the same robot also learns from an empty table, for comparison.")

@@ -18,16 +18,16 @@ class IdentifySettings:
     )
     harmonics: int = setting("Each joint's motion is a sum of this many sines.", at_least=1, at_most=20)
     min_speed_rad_s: float = setting(
-        "The peak velocity of each joint sweeps from about this value to its maximum [rad/s]. It must be low "
-        "enough to show the Stribeck effect.",
+        "The peak velocity of each joint sweeps from about this value to its maximum [rad/s]. It must be low enough "
+        "to show the Stribeck effect.",
         above=0,
     )
     sweeps: int = setting("Number of sweeps from slow to fast in one motion.", at_least=1)
     duration_s: float = setting("Duration of the motion to which the friction models are fitted [s].", at_least=4)
     held_out_s: float = setting("Duration of a second motion on which the two models are compared [s].", at_least=4)
     smoothing_s: float = setting(
-        "Window of the polynomials that smooth the measured joint angles [s]. A larger window removes more "
-        "noise and more detail.",
+        "Window of the polynomials that smooth the measured joint angles [s]. A larger window removes more noise and "
+        "more detail.",
         above=0,
         at_most=1,
     )

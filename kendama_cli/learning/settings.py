@@ -37,13 +37,13 @@ class RandomReplaySettings:
 
     kind: Literal["random_replay"]
     after_failure: float = setting(
-        "Probability that the rollout after a failed replay samples a new harmonic.", at_least=0, at_most=1
+        "Probability of sampling a new harmonic after a failed replay.", at_least=0, at_most=1
     )
 
 
 @dataclass(frozen=True)
 class RandomSettings:
-    """Chance itself: every rollout samples a harmonic, and none is kept."""
+    """Random baseline: every rollout samples a harmonic, and none is stored."""
 
     kind: Literal["random"]
 
@@ -65,11 +65,11 @@ class EnergyPumpingSettings:
         "Acceleration per missing energy (per mass) [1/m]. A larger gain swings the ball up faster.", above=0
     )
     lead_rad: float = setting("Phase by which the pumping leads the ball's angle [rad].")
-    braking: float = setting("Excess energy is removed with this fraction of the gain.", at_least=0)
+    braking: float = setting("Fraction of the gain that removes excess energy.", at_least=0)
     stiffness_per_s2: float = setting(
         "Stiffness of the spring that pulls the cup to the centre, per mass [1/s^2].", at_least=0
     )
-    damping_per_s: float = setting("Damping of the cup's motion, per mass [1/s].", at_least=0)
+    damping_per_s: float = setting("Damping of the cup, per mass [1/s].", at_least=0)
 
 
 LEARNERS = Registry("kendama.learners", "learner")
@@ -89,20 +89,16 @@ class HarmonicSettings:
 
     band_rad_s: tuple[float, float] = setting("Range of the angular frequency w [rad/s].", above=0)
     amplitude: tuple[float, float] = setting(
-        "Range of the amplitude A, as a fraction of the maximum action, or of the workspace's half width if "
-        "the position is driven.",
+        "Range of A as a fraction of the maximum action, or of the half width if the position is driven.",
         above=0,
     )
     drives: Literal["acceleration", "position", "auto"] = setting(
-        "Quantity of the cup that follows the harmonic. 'auto' takes the acceleration if a limiter keeps the "
-        "cup in the workspace, and the position if none does."
+        "Quantity of the cup that follows the harmonic; 'auto': the acceleration with a limiter, else the position."
     )
     phase: Literal["quarter", "any"] = setting(
         "Phase of the harmonic: 'quarter' is pi/2 or -pi/2, which starts from zero; 'any' is uniform."
     )
-    bang_bang: bool = setting(
-        "If true, the cup accelerates with the maximum action in the direction of the desired acceleration."
-    )
+    bang_bang: bool = setting("If true, the cup accelerates at the maximum action with the harmonic's sign.")
 
     def __post_init__(self) -> None:
         for key in ("band_rad_s", "amplitude"):
@@ -115,21 +111,20 @@ class HarmonicSettings:
 class ExplorationSettings:
     """Settings of the exploring rollouts of a table: until the first success, and later at random after a failure.
 
-    'harmonic': a harmonic of ``learn.harmonic`` drives the whole rollout, sampled anew, or one of those that ended with
-    the maximum rewards before, varied a little. 'epsilon_greedy': each action is random with probability
+    'harmonic': a harmonic of ``learn.harmonic`` drives the whole rollout. It is sampled anew, or is a slight mutation of
+    one with the highest rewards so far. 'epsilon_greedy': each action is random with probability
     epsilon / (1 + k / decay) in rollout k.
     """
 
     kind: Literal["harmonic", "epsilon_greedy"] = setting(
-        "Actions of an exploring rollout: a harmonic for the whole rollout, or random ones by epsilon-greedy."
+        "Exploration by a harmonic for the whole rollout, or by epsilon-greedy actions."
     )
     after_failure: float = setting(
         "Probability that the rollout after a greedy failure explores.", at_least=0, at_most=1
     )
     in_a_row: int = setting("Number of exploring rollouts that then follow one another.", above=0)
     mutation_fraction: float = setting(
-        "Fraction of the harmonics that are mutations of one of the best so far, once there is one. The "
-        "others are sampled anew.",
+        "Fraction of harmonics that mutate one of the best so far; others are sampled anew.",
         at_least=0,
         at_most=1,
     )
@@ -140,7 +135,7 @@ class ExplorationSettings:
         "Standard deviation of the factor by which a mutation scales the frequency.", at_least=0, below=0.5
     )
     spread_scales: tuple[float, float] = setting(
-        "Range of a factor on both spreads, sampled on a logarithmic scale for each mutation until the first success.",
+        "Until the first success, range of a factor on both spreads (sampled on a logarithmic scale).",
         above=0,
         at_most=10,
     )
@@ -167,13 +162,12 @@ class GridSettings:
     """Bins of the plain state: n edges cut a line into n + 1 bins, n equal bins cut the circle."""
 
     position: Literal["side", "distance", "mirrored"] = setting(
-        "Binned position of the cup. 'side' bins x, 'distance' bins |x|, and 'mirrored' bins |x| and mirrors "
-        "the whole state where x < 0."
+        "Binned position: x ('side'), |x| ('distance'), or |x| with the state mirrored at x < 0 ('mirrored')."
     )
     position_edges_m: tuple[float, ...] = setting("Edges between the bins of the cup's position [m].")
     velocity_edges_m_s: tuple[float, ...] = setting("Edges between the bins of the cup's velocity [m/s].")
     angle_bins: int = setting(
-        "Number of equal bins of the ball's angle over the full circle; the first is centred on hanging.", above=0
+        "Number of equal bins of the ball's angle over the circle; the first is centred on hanging.", above=0
     )
     rate_edges_rad_s: tuple[float, ...] = setting("Edges between the bins of the ball's angular velocity [rad/s].")
 
@@ -189,7 +183,7 @@ class DecisionSettings:
     """
 
     min_s: float = setting("An action is held for at least this long [s].", above=0)
-    max_s: float = setting("A new action is chosen after this long even if the binned state is the same [s].", above=0)
+    max_s: float = setting("A new action is chosen after this long even in the same binned state [s].", above=0)
 
     def __post_init__(self) -> None:
         if self.max_s < self.min_s:
@@ -222,21 +216,20 @@ class LearnSettings:
     )
     alpha_decay_rollouts: float = setting("The learning rate has halved after this many rollouts.", above=0)
     gamma: float = setting(
-        "Discount factor from one action to the next. Values near 1 give distant rewards more weight.",
+        "Discount factor per action. Values near 1 give distant rewards more weight.",
         at_least=0,
         at_most=1,
     )
     trace_decay: float = setting(
-        "Decay lambda of the eligibility traces. 0 updates the last action only; 1 updates the whole rollout.",
+        "Decay lambda of the eligibility traces. 0 updates the last action only, 1 the whole rollout.",
         at_least=0,
         at_most=1,
     )
     update: Literal["sarsa", "q"] = setting(
-        "Target of the update: 'sarsa' uses the value of the next action taken, 'q' that of the best one."
+        "Target of the update: the value of the next action ('sarsa') or of the best one ('q')."
     )
     acting: Literal["latest", "streak_mean"] = setting(
-        "Values that choose the actions: the 'latest', or the 'streak_mean' over those after each success of "
-        "the current streak."
+        "Values that choose actions: the 'latest', or the 'streak_mean' after the successes of the current streak."
     )
     initial_q: float = setting("All entries of the table have this value before learning.")
     replay_passes: int = setting(

@@ -26,8 +26,8 @@ class GoalSettings:
     min_rate_rad_s: float = setting("Minimum angular velocity of the ball away from hanging [rad/s].")
     max_rate_rad_s: float = setting("Maximum angular velocity of the ball away from hanging [rad/s].")
     success: Literal["caught", "catchable", "reached"] = setting(
-        "Condition of success in the goal's window. 'caught' needs a release and a catch, 'catchable' a "
-        "predicted catch within reach, and 'reached' the window alone."
+        "Condition of success in the goal's window. 'caught' needs a release and a catch, 'catchable' a predicted "
+        "catch within reach, and 'reached' the window alone."
     )
     slack_s: float = setting("The ball is released once the rope has been slack for this long [s].", above=0)
     landing_limit_m: float = setting(
@@ -70,8 +70,8 @@ class LimitedWorkspace:
     half_width_m: float = setting("The cup stays within this distance of the centre [m].", above=0)
     max_speed_m_s: float = setting("Maximum speed of the cup [m/s].", above=0)
     braking_m_s2: float = setting(
-        "Deceleration that the limiter relies on to stop the cup in the workspace; it must be below the "
-        "maximum action [m/s^2].",
+        "Deceleration that the limiter relies on to stop the cup in the workspace; it must be below the maximum "
+        "action [m/s^2].",
         above=0,
     )
 
@@ -168,8 +168,8 @@ class CountSettings:
     learned_streak: int = setting("The swing-up counts as learned after this many greedy successes in a row.", above=0)
     max_rollouts: int = setting("Learning fails after this many rollouts.", above=0)
     solved_streak: int = setting(
-        "The swing-up counts as solved after this many greedy successes in a row, and the policy is frozen. "
-        "Until then, or until max_rollouts, learning continues.",
+        "The swing-up counts as solved after this many greedy successes in a row, and the policy is frozen. Until "
+        "then, or until max_rollouts, learning continues.",
         above=0,
     )
     evaluation_rollouts: int = setting("The frozen policy is evaluated in this many rollouts.", above=0)

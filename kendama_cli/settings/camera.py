@@ -39,8 +39,8 @@ class CameraModelSettings:
         "Unit quaternion of the camera's axes in the world, real part first; null if look_at_m gives the rotation."
     )
     readout_s: float = setting(
-        "Time from the exposure of the first row to that of the last [s]. It is 0 for a global shutter and "
-        "negative if the lowest row is first; virtual cameras use their sensor's.",
+        "Time from the exposure of the first row to that of the last [s]. It is 0 for a global shutter and negative "
+        "if the lowest row is first; virtual cameras use their sensor's.",
         at_least=-0.1,
         at_most=0.1,
         absent=0.0,

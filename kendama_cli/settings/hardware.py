@@ -31,8 +31,8 @@ class TwinHardware:
 
     kind: Literal["twin"]
     realtime: bool = setting(
-        "If true, the twin runs in real time. If false, it computes in lockstep as fast as it can, and every "
-        "run is reproducible."
+        "If true, the twin runs in real time. If false, it computes in lockstep as fast as it can, and every run is "
+        "reproducible."
     )
     control_period_s: float = setting(
         "Period of one command and its answer, in whole milliseconds [s].", above=0, at_most=0.02

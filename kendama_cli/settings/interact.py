@@ -42,8 +42,8 @@ class StepSettings:
         "Desired position of the tool in the world at the end of the step [m]."
     )
     rotation_rad: tuple[float, float, float] = setting(
-        "Desired rotation of the tool at the end of the step, as a rotation vector in the world from its "
-        "orientation at home [rad]."
+        "Desired rotation of the tool at the end of the step, as a rotation vector in the world from its orientation "
+        "at home [rad]."
     )
     force_n: tuple[float, float, float] = setting(
         "Desired force of the tool on the scene at the end of the step, in the world [N]."

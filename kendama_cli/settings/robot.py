@@ -58,8 +58,8 @@ class RobotSettings:
     tool: ToolSettings
     name: str = setting("Name of the arm in messages and logs.")
     path: str = setting(
-        "Robot description: a URDF file, or package://example-robot-data/... Its limits apply where no "
-        "setting gives them.",
+        "Robot description: a URDF file, or package://example-robot-data/... Its limits apply where no setting gives "
+        "them.",
         file=True,
     )
     base_link: str | None = setting(
@@ -81,8 +81,8 @@ class RobotSettings:
         "Upper limits of the joint angles [rad]; null takes those of the file.", absent=None
     )
     velocity_rad_s: tuple[float, ...] | None = setting(
-        "Velocity limits of the joints, for a file without them or with placeholders [rad/s]; null takes "
-        "those of the file.",
+        "Velocity limits of the joints, for a file without them or with placeholders [rad/s]; null takes those of the "
+        "file.",
         above=0,
         absent=None,
     )
@@ -92,13 +92,13 @@ class RobotSettings:
         absent=None,
     )
     acceleration_rad_s2: tuple[float, ...] | None = setting(
-        "Acceleration limits of the joints, which a URDF cannot state [rad/s^2]. Null takes those that reach "
-        "the velocity limit within 0.15 s.",
+        "Acceleration limits of the joints, which a URDF cannot state [rad/s^2]. Null takes those that reach the "
+        "velocity limit within 0.15 s.",
         above=0,
     )
     rotor_inertia_kg_m2: tuple[float, ...] | None = setting(
-        "Inertia of each motor as seen at its joint, added to the diagonal of the inertia matrix H (armature) "
-        "[kg m^2]; null for none.",
+        "Inertia of each motor as seen at its joint, added to the diagonal of the inertia matrix H (armature) [kg "
+        "m^2]; null for none.",
         at_least=0,
     )
     coulomb_nm: tuple[float, ...] | None = setting(
@@ -106,8 +106,8 @@ class RobotSettings:
         at_least=0,
     )
     viscous_nm_s: tuple[float, ...] | None = setting(
-        "Viscous friction b of each joint, known to the controller [Nm s/rad]; null takes <dynamics damping> "
-        "of the file.",
+        "Viscous friction b of each joint, known to the controller [Nm s/rad]; null takes <dynamics damping> of the "
+        "file.",
         at_least=0,
     )
     stribeck_nm: tuple[float, ...] | None = setting(
@@ -117,8 +117,8 @@ class RobotSettings:
         "Velocity vs over which Fs fades [rad/s]; null takes 0.05 of the velocity limit.", above=0
     )
     redundancy_weights: tuple[float, ...] | None = setting(
-        "Cost of each joint's motion, if the arm has more joints than the task needs. A costly joint moves "
-        "less; null takes the inverse square of its velocity limit.",
+        "Cost of each joint's motion, if the arm has more joints than the task needs. A costly joint moves less; null "
+        "takes the inverse square of its velocity limit.",
         above=0,
     )
     link_radius_m: tuple[float, ...] | None = setting(
@@ -157,8 +157,8 @@ class Imperfection:
         below=1,
     )
     rope_kg: float | None = setting(
-        "Mass of the rope, simulated as a chain of links [kg]. Null takes the game's; 0 makes it a spring "
-        "without mass.",
+        "Mass of the rope, simulated as a chain of links [kg]. Null takes the game's; 0 makes it a spring without "
+        "mass.",
         at_least=0,
         at_most=0.02,
     )

@@ -91,8 +91,8 @@ class GravitySettings:
     """Gravity as the calibrated cameras see it; `kendama log predict` estimates the values of one's own flights."""
 
     scale: float = setting(
-        "Gravity that the cameras see, as a multiple of game.gravity_m_s2. It is not 1 if the calibration's "
-        "scale is wrong.",
+        "Gravity that the cameras see, as a multiple of game.gravity_m_s2. It is not 1 if the calibration's scale is "
+        "wrong.",
         above=0.8,
         below=1.2,
     )

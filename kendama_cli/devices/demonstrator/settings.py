@@ -42,8 +42,8 @@ class RotationSettings:
     y: int | str | None = setting("Column of the quaternion's y component.")
     z: int | str | None = setting("Column of the quaternion's z component.")
     upright: Literal["start", "given"] = setting(
-        "Reference of the orientation: 'start' takes the cup as upright where the swing starts, 'given' takes "
-        "the quaternion as the rotation from the upright cup."
+        "Reference of the orientation: 'start' takes the cup as upright where the swing starts, 'given' takes the "
+        "quaternion as the rotation from the upright cup."
     )
 
 

@@ -28,19 +28,19 @@ class EncodeSettings:
         "Decay rate alpha of the phase (eq. 4), which falls from 1 to exp(-alpha).", above=0, at_most=20
     )
     width: tuple[float, ...] = setting(
-        "Candidates for the width s_j of the Gaussians, as a multiple of the spacing of their centres. The "
-        "one that fits all demonstrations best is used.",
+        "Candidates for the width s_j of the Gaussians, as a multiple of the spacing of their centres. The one that "
+        "fits all demonstrations best is used.",
         above=0.05,
         at_most=10,
     )
     regression: Literal["lwr", "ridge", "position"] = setting(
-        "Method that fits the weights. 'lwr' is locally weighted regression, as in the paper; 'ridge' fits "
-        "all weights at once to the forcing term f; 'position' fits them to the positions, smoothed by "
-        "generalised cross-validation."
+        "Method that fits the weights. 'lwr' is locally weighted regression, as in the paper; 'ridge' fits all "
+        "weights at once to the forcing term f; 'position' fits them to the positions, smoothed by generalised "
+        "cross-validation."
     )
     ridge: float = setting(
-        "Penalty on the weights of ridge regression, relative to the mean energy of the features. Larger "
-        "values give smoother paths.",
+        "Penalty on the weights of ridge regression, relative to the mean energy of the features. Larger values give "
+        "smoother paths.",
         at_least=0,
     )
     passes: int = setting(

@@ -18,8 +18,8 @@ class TrainedDetectorSettings:
         "Maximum number of balls in an image. Detections beyond it share their probability.", at_least=1
     )
     score_min: float = setting(
-        "A peak counts as a detection from this probability on. A larger value misses more balls and reports "
-        "fewer false ones.",
+        "A peak counts as a detection from this probability on. A larger value misses more balls and reports fewer "
+        "false ones.",
         above=0,
         below=1,
     )
@@ -33,8 +33,8 @@ class NetworkDetectorSettings:
     kind: Literal["network"]
     model: str = setting("File of the neural network (ONNX).", file=True)
     output: Literal["heatmap", "boxes"] = setting(
-        "Output of the network. 'heatmap' is a probability per position (1, classes, h, w); 'boxes' has rows "
-        "of centre, size and a probability per class (1, 4 + classes, n), as in Ultralytics' networks."
+        "Output of the network. 'heatmap' is a probability per position (1, classes, h, w); 'boxes' has rows of "
+        "centre, size and a probability per class (1, 4 + classes, n), as in Ultralytics' networks."
     )
     input_px: tuple[int, int] = setting("Width and height of the network's input [px].", at_least=16, at_most=4096)
     scale: float = setting("Images are scaled by this factor before detection; the rest of the input is grey.", above=0)

@@ -31,8 +31,8 @@ class MarkerSettings:
         "Horizontal field of view of a lens without distortion [deg].", above=0, below=170
     )
     view: Literal["level", "calibration"] = setting(
-        "Pose of the camera: 'level' stands level and looks across the swing (x right, z up), 'calibration' "
-        "takes that of the file."
+        "Pose of the camera: 'level' stands level and looks across the swing (x right, z up), 'calibration' takes "
+        "that of the file."
     )
     rate_hz: float | None = setting(
         "Images per second at which a slow-motion video was recorded [Hz]; null takes the rate of the video.", above=0

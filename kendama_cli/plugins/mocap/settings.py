@@ -23,8 +23,8 @@ class BodySettings:
         "Tie point of the rope in the tracked body's axes, from its origin [m]. 'kendama capture pivot' measures it."
     )
     upright: Literal["start", "given"] = setting(
-        "Reference of the orientation: 'start' takes the cup as upright where the recording starts, 'given' "
-        "takes the body's axes as the cup's."
+        "Reference of the orientation: 'start' takes the cup as upright where the recording starts, 'given' takes the "
+        "body's axes as the cup's."
     )
     max_gap_s: float = setting(
         "Gaps without the body of up to this duration are interpolated, longer ones refused [s].", above=0

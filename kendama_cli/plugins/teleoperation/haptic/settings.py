@@ -37,13 +37,13 @@ class HapticCapture(StreamServer):
     game: GameSettings = setting("Game that the hand feels.")
     coupling: CouplingSettings = setting("Coupling of the stylus to the cup.")
     device: str = setting(
-        "Name of the stylus' TRANSFORM on the server, or of the VRPN device. Its STRING is NAME-grip; "
-        "kendama's force goes to NAME-force."
+        "Name of the stylus' TRANSFORM on the server, or of the VRPN device. Its STRING is NAME-grip; kendama's force "
+        "goes to NAME-force."
     )
     button: int = setting("VRPN number of the button that is the dead-man's switch.", at_least=0)
     axes: Axes | None = setting(
-        "Axes of the device that are kendama's x, y and z (up); null takes the usual ones, [x, y, z], or [x, "
-        "-z, y] for VRPN."
+        "Axes of the device that are kendama's x, y and z (up); null takes the usual ones, [x, y, z], or [x, -z, y] "
+        "for VRPN."
     )
     scale: float = setting("The cup moves this many metres per metre of the stylus.", above=0)
     felt_fraction: float = setting(
