@@ -60,9 +60,7 @@ class CatchSettings:
         "The ball's centre is this far below the rim at the point where the cup is to meet it [m]."
     )
     max_tilt_rad: float = setting(
-        "The cup tilts by up to this to face the approaching ball [rad]. 0 keeps it upright.",
-        at_least=0,
-        at_most=0.8,
+        "The cup tilts by up to this to face the approaching ball [rad]. 0 keeps it upright.", at_least=0, at_most=0.8
     )
     contact_speed_m_s: float = setting(
         "The cup moves down with this speed when it meets the ball [m/s]. A larger value softens the impact.",

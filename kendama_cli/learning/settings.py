@@ -89,8 +89,7 @@ class HarmonicSettings:
 
     band_rad_s: tuple[float, float] = setting("Range of the angular frequency w [rad/s].", above=0)
     amplitude: tuple[float, float] = setting(
-        "Range of A as a fraction of the maximum action, or of the half width if the position is driven.",
-        above=0,
+        "Range of A as a fraction of the maximum action, or of the half width if the position is driven.", above=0
     )
     drives: Literal["acceleration", "position", "auto"] = setting(
         "Quantity of the cup that follows the harmonic; 'auto': the acceleration with a limiter, else the position."
@@ -111,7 +110,7 @@ class HarmonicSettings:
 class ExplorationSettings:
     """Settings of the exploring rollouts of a table: until the first success, and later at random after a failure.
 
-    'harmonic': a harmonic of ``learn.harmonic`` drives the whole rollout. It is sampled anew, or is a slight mutation of
+    'harmonic': a harmonic of ``learn.harmonic`` drives the whole rollout. It is sampled anew, or mutated slightly from
     one with the highest rewards so far. 'epsilon_greedy': each action is random with probability
     epsilon / (1 + k / decay) in rollout k.
     """
@@ -124,9 +123,7 @@ class ExplorationSettings:
     )
     in_a_row: int = setting("Number of exploring rollouts that then follow one another.", above=0)
     mutation_fraction: float = setting(
-        "Fraction of harmonics that mutate one of the best so far; others are sampled anew.",
-        at_least=0,
-        at_most=1,
+        "Fraction of harmonics that mutate one of the best so far; others are sampled anew.", at_least=0, at_most=1
     )
     amplitude_spread: float = setting(
         "Standard deviation of the factor by which a mutation scales the amplitude.", at_least=0, below=0.5
@@ -216,9 +213,7 @@ class LearnSettings:
     )
     alpha_decay_rollouts: float = setting("The learning rate has halved after this many rollouts.", above=0)
     gamma: float = setting(
-        "Discount factor per action. Values near 1 give distant rewards more weight.",
-        at_least=0,
-        at_most=1,
+        "Discount factor per action. Values near 1 give distant rewards more weight.", at_least=0, at_most=1
     )
     trace_decay: float = setting(
         "Decay lambda of the eligibility traces. 0 updates the last action only, 1 the whole rollout.",

@@ -24,10 +24,7 @@ class CameraModelSettings:
     height_px: int = setting("Height of the image [px].", at_least=16)
     focal_px: tuple[float, float] = setting("Focal lengths fx and fy [px].", above=0)
     center_px: tuple[float, float] = setting("Principal point cx, cy [px].")
-    lens: LensKind = setting(
-        "Lens model; radial is a pinhole with OpenCV's distortion.",
-        absent="radial",
-    )
+    lens: LensKind = setting("Lens model; radial is a pinhole with OpenCV's distortion.", absent="radial")
     distortion: tuple[float, float, float, float, float] = setting(
         "Distortion coefficients k1, k2, p1, p2 and k3 of OpenCV."
     )
