@@ -182,19 +182,25 @@ class FittedMotion:
     resized: bool
 
 
-def fitted(robot: Robot, motion: CatchMotion, around: Surroundings, *, seed: int) -> FittedMotion:
+def fitted(
+    robot: Robot, motion: CatchMotion, around: Surroundings, *, seed: int, rope_scale: float | None = None
+) -> FittedMotion:
     """Return ``motion`` for the rope measured on ``robot``; as planned if the scaled one is beyond arm or safety.
 
-    The settings ``around`` it say how its joints were made from its plan. Raises StageError where it was made for other
-    joints, before anything moves, or where it is not safe as planned; HardwareError of the line.
+    With a ``rope_scale`` that was measured before, the robot is not moved. The settings ``around`` it say how its
+    joints were made from its plan. Raises StageError where it was made for other joints, before anything moves, or
+    where it is not safe as planned; HardwareError of the line.
     """
     require_same_joints(robot, motion.joints)
     game, adapt = around.game, around.adapt
-    scale = measured_rope_m(robot, motion.joints.position_rad[0], game, seed) / game.rope.length_m
+    if rope_scale is None:
+        rope_scale = measured_rope_m(robot, motion.joints.position_rad[0], game, seed) / game.rope.length_m
     try:
-        joints = scaled_motion(around.arm, motion.plan, scale, lead_in_m_s2=adapt.lead_in_m_s2, hold_s=adapt.hold_s)
+        joints = scaled_motion(
+            around.arm, motion.plan, rope_scale, lead_in_m_s2=adapt.lead_in_m_s2, hold_s=adapt.hold_s
+        )
         correction, _ = around.correction(joints, follow_from_s(motion))
     except StageError:
         correction, _ = around.correction(motion.joints, follow_from_s(motion))
-        return FittedMotion(motion.joints, correction, scale, resized=False)
-    return FittedMotion(joints, correction, scale, resized=True)
+        return FittedMotion(motion.joints, correction, rope_scale, resized=False)
+    return FittedMotion(joints, correction, rope_scale, resized=True)

@@ -175,7 +175,7 @@ def test_what_was_learned_before_the_twin_died_is_kept_and_gone_on_from(
 ) -> None:
     periods = 100
     with pytest.MonkeyPatch.context() as patch:
-        broken = KillsTheTwin(3, 2, periods, patch)
+        broken = KillsTheTwin(3, 4, periods, patch)  # two plays of the motion and an evaluation come first
         with pytest.raises(HardwareError) as caught:
             stage().run({"learn": policy, "adapt": still}, broken)
     assert "the twin's process was killed by signal 9" in str(caught.value)

@@ -42,6 +42,8 @@ STAGE = StageDeclaration(
         "imitation_attempts": "Number of attempts at the demonstrated swing, each with another tau.",
         "imitation_caught_rate": "Fraction of further plays of the demonstrated swing that were caught; 1 is best.",
         "imitation_rope_scale": "Length of the rope that the failed attempts suggest, relative to the configured one.",
+        "servo_lag_s": "Median lag of the arm's joints behind their commands, by which later commands lead.",
+        "servo_dead_time_s": "Time after which the arm begins to follow a command.",
         "imitation_resized": "True if the motion was adapted again for the rope that the attempts suggest.",
         "games": "Number of full games: swing-up, observed flight and catch.",
         "caught_rate": "Fraction of full games that end with the ball in the cup; 1 is best.",

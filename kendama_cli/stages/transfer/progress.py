@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.artifacts.servo_model import ServoModel
 from kendama_cli.control.catch_game import Game
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.learning.interface import Learner
@@ -70,6 +71,7 @@ class Progress:
         self.imitation: list[bool] = list(state["imitation"])
         self.repeats: list[bool] = list(state["repeats"])
         self.rope_fit = None if state["rope_fit"] is None else RopeFitFigures(**state["rope_fit"])
+        self.servo = None if state["servo"] is None else _servo(state["servo"])
         self.games = [GameFigures(**game) for game in state["games"]]
         self.clock_s = float(state["clock_s"])
         self.missed = int(state["missed"])
@@ -93,7 +95,7 @@ class Progress:
         if state is not None:
             return cls(state, learn, transfer)
         fresh: dict[str, Any] = {name: [] for name in _RESULTS}
-        fresh |= {"rope_fit": None, "clock_s": 0.0, "missed": 0, "seed": int(rng.integers(2**63))}
+        fresh |= {"rope_fit": None, "servo": None, "clock_s": 0.0, "missed": 0, "seed": int(rng.integers(2**63))}
         fresh |= parted_state(begin_learner(learn, policy).state(), "table")
         fresh |= parted_state(begin_learner(learn).state(), "scratch")
         return cls(fresh, learn, transfer)
@@ -106,6 +108,7 @@ class Progress:
             "imitation": list(self.imitation),
             "repeats": list(self.repeats),
             "rope_fit": None if self.rope_fit is None else dataclasses.asdict(self.rope_fit),
+            "servo": None if self.servo is None else _numbers(self.servo),
             "games": [dataclasses.asdict(game) for game in self.games],
             "clock_s": self.clock_s,
             "missed": self.missed,
@@ -175,3 +178,14 @@ class Progress:
         self.clock_s += duration_s
         self.missed += missed - self._missed_here
         self._missed_here = missed
+
+
+def _numbers(servo: ServoModel) -> dict[str, Any]:
+    """Return ``servo`` as JSON values."""
+    fields = dataclasses.asdict(servo)
+    return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in fields.items()}
+
+
+def _servo(numbers: Mapping[str, Any]) -> ServoModel:
+    """Return the servo of ``_numbers``."""
+    return ServoModel(**{**numbers, "joint_names": tuple(numbers["joint_names"])})

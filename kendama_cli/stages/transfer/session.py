@@ -1,4 +1,4 @@
-"""Steps of one transfer on an opened robot (evaluate, learn, imitate, play), each logged and saved at once."""
+"""Steps of one transfer on an opened robot (evaluate, learn, play), each logged and saved at once."""
 
 from __future__ import annotations
 
@@ -7,13 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.control.camera_solids import camera_solids
-from kendama_cli.control.flight_observer import WatchedFlight
 from kendama_cli.control.game_runner import GameRunner
-from kendama_cli.control.imitation import VisualImitation, fitted, play_motion, tau_scales_to_try
-from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.control.scene_history import cup_rotation_wxyz
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.devices.robot.exchange_log import RememberingRobot
@@ -28,7 +24,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.stages.interface import StageContext
 from kendama_cli.stages.transfer import trace
-from kendama_cli.stages.transfer.progress import GameFigures, Progress, RopeFitFigures, Start
+from kendama_cli.stages.transfer.progress import GameFigures, Progress, Start
 from kendama_cli.stages.transfer.trace import imperfection, replay_message
 
 _LEARNING: dict[Start, tuple[str, str]] = {
@@ -80,10 +76,10 @@ class TransferSession:
             start_s = self._progress.clock_s
             messages = [
                 *trace.step_messages(swing.steps, 0, start_s, self._every),
-                *self._exchanges([(start_s + step.t_s, step.exchange) for step in swing.steps]),
+                *self.exchanges([(start_s + step.t_s, step.exchange) for step in swing.steps]),
             ]
             results.append(swing.outcome == "goal")
-            self._finish(messages, swing.duration_s, phase=name, success_rate=float(np.mean(results)))
+            self.finish(messages, swing.duration_s, phase=name, success_rate=float(np.mean(results)))
 
     def learn(self, start: Start) -> None:
         """Learn, from the table or from scratch, until the streak of greedy successes, or the cap."""
@@ -100,48 +96,11 @@ class TransferSession:
             start_s = progress.clock_s
             messages = [
                 trace.rollout_message(topic, swing, finished, start_s),
-                *self._exchanges([(start_s + step.t_s, step.exchange) for step in swing.steps]),
+                *self.exchanges([(start_s + step.t_s, step.exchange) for step in swing.steps]),
             ]
             if start == "table":
                 messages += trace.step_messages(swing.steps, finished.index, start_s, self._every)
-            self._finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, streak=learner.count.streak)
-
-    def imitate(self, motion: CatchMotion, around: Surroundings) -> None:
-        """Play the imitation motion, fitted to the rope, until it catches; at slightly other tau after a miss.
-
-        Then play it again at the tau that caught, to tell how often it does.
-        """
-        progress, settings = self._progress, self._settings
-        attempted = progress.imitation
-        tau_scales = tau_scales_to_try(settings.imitation_tau_step, settings.imitation_attempts)
-        if len(attempted) == len(tau_scales) and not any(attempted):
-            return
-        if any(attempted) and len(progress.repeats) >= settings.imitation_repeats:
-            return
-        game, seed = around.game, int(progress.rng("rope", 0).integers(2**63))
-        fit = fitted(self._runner.robot, motion, around, seed=seed)
-        progress.rope_fit = RopeFitFigures(fit.rope_scale, fit.resized)
-        tau_scales = around.playable(fit.joints, tau_scales)
-        seen = None
-        if around.adapt.catch == "visual":
-            watched = WatchedFlight(self._runner.observer.without_goal())
-            seen = VisualImitation(watched, self._arm, fit.correction, game.cup.rim_m, follow_from_s(motion))
-        while not any(attempted) and len(attempted) < len(tau_scales):
-            tau_scale = tau_scales[len(attempted)]
-            self._imitate_once(fit.joints, tau_scale, "imitation", attempted, seen)
-        while any(attempted) and len(progress.repeats) < settings.imitation_repeats:
-            self._imitate_once(fit.joints, tau_scales[attempted.index(True)], "repeat", progress.repeats, seen)
-
-    def _imitate_once(
-        self, joints: JointTrajectory, tau_scale: float, phase: str, results: list[bool], seen: VisualImitation | None
-    ) -> None:
-        """Play once and append to ``results`` whether it caught."""
-        seed = int(self._progress.rng(phase, len(results)).integers(2**63))
-        played = play_motion(self._runner.robot, joints, tau_scale=tau_scale, seed=seed, seen=seen)
-        timed = trace.timed(played.exchanges, self._progress.clock_s)
-        messages = [*self._scene(timed, under="/transfer/imitation"), *self._exchanges(timed)]
-        results.append(played.caught(self._arm, self._runner.game))
-        self._finish(messages, played.exchanges[-1].t_s, phase=phase, caught=int(results[-1]))
+            self.finish(messages, swing.duration_s, phase=phase, rollouts=finished.index, streak=learner.count.streak)
 
     def play(self, policy: PolicyArtifact, settings: GameSettings, hardware: HardwareSettings) -> None:
         """Play full games of the frozen policy; ``hardware`` is what the robot was opened as."""
@@ -155,8 +114,8 @@ class TransferSession:
             timed = [(start_s + step.t_s, step.exchange) for step in steps]
             messages = [
                 *trace.step_messages(steps, -1 - index, start_s, self._every),
-                *self._scene(timed, under="/transfer"),
-                *self._exchanges(timed),
+                *self.scene(timed, under="/transfer"),
+                *self.exchanges(timed),
                 *trace.game_messages(game, index, start_s, HORIZON_S),
             ]
             if self._runner.history is not None:
@@ -164,17 +123,19 @@ class TransferSession:
                 again = replay_message(index, game, steps, self._runner.history, settings, made=made)
                 messages.append(("/transfer/replay", start_s, again))
             progress.games.append(GameFigures.of(game, HORIZON_S))
-            self._finish(messages, steps[-1].t_s, phase="games", caught=sum(one.caught for one in progress.games))
+            self.finish(messages, steps[-1].t_s, phase="games", caught=sum(one.caught for one in progress.games))
 
-    def _scene(self, timed: Sequence[tuple[float, Exchange]], *, under: str) -> Iterator[trace.TimedMessage]:
+    def scene(self, timed: Sequence[tuple[float, Exchange]], *, under: str) -> Iterator[trace.TimedMessage]:
+        """Yield links, wrench, cup and ball of a rollout under the topic ``under``."""
         names, rotation = self._runner.robot.joint_names, partial(cup_rotation_wxyz, self._arm)
         frames = self._drawn.frames
         return trace.scene_messages(timed, names, self._every, cup_rotation=rotation, links=frames, under=under)
 
-    def _exchanges(self, timed: Sequence[tuple[float, Exchange]]) -> Iterator[trace.TimedMessage]:
+    def exchanges(self, timed: Sequence[tuple[float, Exchange]]) -> Iterator[trace.TimedMessage]:
+        """Yield commands and measurements of a rollout."""
         return trace.exchange_messages(timed, self._runner.robot.joint_names)
 
-    def _finish(self, messages: Iterable[trace.TimedMessage], duration_s: float, **figures: float | int | str) -> None:
+    def finish(self, messages: Iterable[trace.TimedMessage], duration_s: float, **figures: float | int | str) -> None:
         """Log a whole rollout at once and save."""
         self._log(messages)
         self._kept.forget()
@@ -185,7 +146,7 @@ class TransferSession:
     def log_broken_off(self) -> None:
         """Log what was played of a rollout that did not end: what was sent and measured, and the scene."""
         timed = trace.timed(self._kept.played, self._progress.clock_s)
-        self._log([*self._scene(timed, under="/transfer"), *self._exchanges(timed)])
+        self._log([*self.scene(timed, under="/transfer"), *self.exchanges(timed)])
 
     def _log(self, messages: Iterable[trace.TimedMessage]) -> None:
         for topic, t_s, message in sorted(messages, key=lambda item: item[1]):

@@ -17,6 +17,7 @@ from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.devices.robot.compensated import compensated
 from kendama_cli.devices.robot.exchange_log import RememberingRobot
+from kendama_cli.devices.robot.leading import LeadingRobot
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import HardwareError, StageError
 from kendama_cli.learning.settings import LearnSettings
@@ -28,6 +29,7 @@ from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.safety import SafetySettings
 from kendama_cli.stages.interface import Metric, StageContext, StageResult
+from kendama_cli.stages.transfer.imitating import ImitationSession
 from kendama_cli.stages.transfer.progress import Progress
 from kendama_cli.stages.transfer.session import TransferSession
 from kendama_cli.vision.settings import PredictSettings
@@ -59,7 +61,9 @@ class Transfer:
         self._setup = GameSetup(robot, game, learn, transfer, CameraSetup(camera, lighting, predict))
 
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
-        """Evaluate, learn on, evaluate again, imitate, play; what was learned survives whatever goes wrong.
+        """Imitate, evaluate, learn on, evaluate again, play; what was learned survives whatever goes wrong.
+
+        The first play of the imitation tells the arm's own servo, by which every later command leads.
 
         Raises StageError before anything moves where the policy does not fit or the motion is unsafe, HardwareError
         where the line or the robot fails: the finished rollouts are kept, and the next run resumes from them; the one
@@ -80,21 +84,25 @@ class Transfer:
             _, held = around.correction(motion.joints, follow_from_s(motion))
         seed = int(progress.rng("body", 0).integers(2**63))
         with open_robot(self._hardware, setup.robot, setup.game) as bare:
-            robot = RememberingRobot(compensated(bare, given.get("identify")))
+            leading = LeadingRobot(compensated(bare, given.get("identify")), builder.arm)
+            robot = RememberingRobot(leading)
             with builder.open(robot, seed=seed) as runner:
                 session = TransferSession(
                     runner, progress, ctx, settings=settings, learn=learn, arm=builder.arm, kept=robot
                 )
+                imitation = ImitationSession(
+                    session, runner, progress, settings=settings, arm=builder.arm, leading=leading
+                )
                 if saved is None:
                     session.show(setup.game, setup.cameras.camera if settings.observation.source == "cameras" else None)
                 try:
+                    if motion is not None:
+                        imitation.imitate(motion, around)
                     session.evaluate(progress.before, policy, "before")
                     session.learn("table")
                     session.evaluate(progress.after, progress.policy, "after")
                     if settings.baseline:
                         session.learn("scratch")
-                    if motion is not None:
-                        session.imitate(motion, around)
                     session.play(progress.kept(policy), setup.game, self._hardware)
                 except HardwareError:
                     ctx.checkpoint(progress.saved, force=True)  # the next run resumes from before what broke off
@@ -152,6 +160,9 @@ def transfer_metrics(result: TransferResult, progress: Progress, *, baseline: bo
     }
     if progress.imitation:
         metrics["imitation_caught_rate"] = float(np.mean(progress.repeats)) if progress.repeats else None
+    if progress.servo is not None:
+        metrics["servo_lag_s"] = float(np.median(progress.servo.lag_s))
+        metrics["servo_dead_time_s"] = progress.servo.dead_time_s
     if progress.rope_fit is not None:
         metrics["imitation_rope_scale"] = progress.rope_fit.rope_scale
         metrics["imitation_resized"] = progress.rope_fit.resized

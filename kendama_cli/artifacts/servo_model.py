@@ -1,0 +1,36 @@
+"""Servo models: how an arm's own position control follows its commands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kendama_cli.schema.arrays import Array, array
+
+
+@dataclass(frozen=True)
+class ServoModel:
+    """Lag, dead time and sag of n joints behind their commands u; every array is (n,).
+
+        u(t) = q(t + d) + T q'(t + d) + s tau(t + d) + c
+
+    with the dead time d, ``dead_time_s``, of all joints, the lags T, ``lag_s``, the compliances s, ``sag_rad_nm``
+    [rad/Nm], under the torque tau of the arm's rigid bodies, and the offsets c, ``offset_rad``. ``lag_sigma_s`` is the
+    standard deviation of T. A joint that follows well has T = 0.
+    """
+
+    joint_names: tuple[str, ...]
+    dead_time_s: float
+    lag_s: Array
+    lag_sigma_s: Array
+    sag_rad_nm: Array
+    offset_rad: Array
+
+    def __post_init__(self) -> None:
+        for name in ("lag_s", "lag_sigma_s", "sag_rad_nm", "offset_rad"):
+            object.__setattr__(self, name, array(name, getattr(self, name), (len(self.joint_names),)))
+
+    @property
+    def follows(self) -> bool:
+        """True if the joints follow their commands, so that nothing has to be added to these."""
+        terms = (self.lag_s, self.sag_rad_nm, self.offset_rad)
+        return self.dead_time_s == 0.0 and not any(term.any() for term in terms)

@@ -1,0 +1,136 @@
+"""The servo from one motion: lags that were simulated by hand, and the twin's drive."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from kendama_cli.artifacts.servo_model import ServoModel
+from kendama_cli.control.imitation import Played, play_motion
+from kendama_cli.devices.robot.leading import LeadingRobot
+from kendama_cli.devices.robot.simulated import SimulatedRobot
+from kendama_cli.errors import StageError
+from kendama_cli.identification.servo import fit_servo, servo_of
+from kendama_cli.robot_model.model import RobotModel
+from tests.control.test_rope_fit import swing
+from tests.stages.transfer_setup import GAME, ROBOT, TWIN
+
+ARM = RobotModel(ROBOT, GAME.cup, GAME.gravity_m_s2)
+PERIOD_S = 0.004
+
+
+def found(arm: RobotModel, sent: np.ndarray, measured: np.ndarray, period_s: float) -> ServoModel:
+    servo = fit_servo(arm, sent, measured, period_s)
+    assert servo is not None
+    return servo
+
+
+def motion(seconds: float = 3.0) -> np.ndarray:
+    """Commands (k, 7) of sines of 0.5 to 1.1 Hz about the home posture, from rest; the last two joints rest."""
+    t_s = np.arange(round(seconds / PERIOD_S)) * PERIOD_S
+    rates = np.array([0.5, 0.6, 0.7, 0.8, 1.1, 0.0, 0.0])
+    return ARM.home_rad + 0.3 * (1.0 - np.cos(2 * np.pi * rates * t_s[:, None]))
+
+
+def lagging(sent: np.ndarray, lag_s: float, dead_periods: int = 0) -> np.ndarray:
+    """Angles of T q' + q = u(t - d), by steps a hundredth of a period long, u on straight lines between commands."""
+    late = np.vstack([np.repeat(sent[:1], dead_periods, axis=0), sent])[: len(sent)]
+    q, angles, steps = sent[0].copy(), [sent[0].copy()], 100
+    for before, after in itertools.pairwise(late):
+        for k in range(steps):
+            u = before + (k + 0.5) / steps * (after - before)
+            q = q + PERIOD_S / steps / lag_s * (u - q)
+        angles.append(q.copy())
+    return np.array(angles)
+
+
+@pytest.mark.parametrize(("lag_s", "dead_periods"), [(0.03, 0), (0.12, 0), (0.1, 4)])
+def test_lag_and_dead_time_are_found_through_the_encoders_noise(lag_s: float, dead_periods: int) -> None:
+    sent = motion()
+    measured = lagging(sent, lag_s, dead_periods) + np.random.default_rng(4).normal(0.0, 1e-4, sent.shape)
+    servo = found(ARM, sent, measured, PERIOD_S)
+    # a miss of 3 % of the lag still catches at 120 ms (shared figures of the prototype)
+    assert servo.lag_s[:5] == pytest.approx(lag_s, rel=0.03)
+    assert servo.dead_time_s == pytest.approx(dead_periods * PERIOD_S, abs=1.01 * PERIOD_S)
+    assert servo.lag_s[5:] == pytest.approx(np.median(servo.lag_s[:5])), "joints at rest take the others' lag"
+
+
+def test_an_arm_that_follows_is_left_alone() -> None:
+    sent = motion()
+    measured = sent + np.random.default_rng(5).normal(0.0, 2e-4, sent.shape)
+    assert found(ARM, sent, measured, PERIOD_S).follows
+
+
+def test_sag_under_the_arms_weight_is_found_beside_the_lag() -> None:
+    sent, compliance = motion(), 4e-4
+    weight = np.array([ARM.rigid_effort_nm(q, np.zeros(7), np.zeros(7)) for q in sent])
+    assert np.ptp(weight[:, 1]) > 20.0, "the second joint feels the weight change"
+    servo = found(ARM, sent + compliance * _torques(lagging(sent, 0.05)), lagging(sent, 0.05), PERIOD_S)
+    assert servo.lag_s[1] == pytest.approx(0.05, rel=0.03)
+    assert servo.sag_rad_nm[1] == pytest.approx(compliance, rel=0.1)
+
+
+def _torques(angles: np.ndarray) -> np.ndarray:
+    velocity = np.gradient(angles, PERIOD_S, axis=0)
+    change = np.gradient(velocity, PERIOD_S, axis=0)
+    return np.array([ARM.rigid_effort_nm(*row) for row in zip(angles, velocity, change, strict=True)])
+
+
+def test_a_motion_too_short_or_at_rest_tells_nothing() -> None:
+    assert fit_servo(ARM, motion(0.1), motion(0.1), PERIOD_S) is None
+    still = np.repeat(ARM.home_rad[None], 500, axis=0)
+    assert fit_servo(ARM, still, still, PERIOD_S) is None
+
+
+def played(robot: LeadingRobot) -> Played:
+    return play_motion(robot, swing(0.3).joints, tau_scale=0.7, seed=1)
+
+
+def path_error_m(one: Played) -> float:
+    """Largest distance of the cup from the planned one, by the encoders."""
+    planned = np.array([ARM.tool_position_m(row) for row in one.joints.position_rad])
+    measured = np.array([ARM.tool_position_m(each.state.position_rad) for each in one.exchanges[1:]])
+    return float(np.linalg.norm(measured - planned, axis=1).max())
+
+
+def leading(lag_s: float, latency_s: float) -> LeadingRobot:
+    body = dataclasses.replace(TWIN.imperfection, lag_s=lag_s, latency_s=latency_s)
+    return LeadingRobot(SimulatedRobot(ROBOT, GAME, imperfection=body, control_period_s=PERIOD_S), ARM)
+
+
+def fitted(robot: LeadingRobot, one: Played) -> None:
+    robot.lead(servo_of(ARM, one.exchanges, robot.period_s))
+
+
+def test_the_twins_lag_is_found_and_its_cup_then_follows_the_plan() -> None:
+    robot = leading(0.12, 0.010)
+    first = played(robot)
+    fitted(robot, first)
+    assert robot.servo is not None
+    assert float(np.median(robot.servo.lag_s)) == pytest.approx(0.12, rel=0.04)
+    assert path_error_m(first) > 0.07
+    assert path_error_m(played(robot)) < 0.004  # 3.0 mm measured: a dead time counts in whole periods of 4 ms
+
+
+def test_the_command_of_an_arm_that_follows_passes_unchanged() -> None:
+    robot = LeadingRobot(SimulatedRobot(ROBOT, GAME, imperfection=None, control_period_s=PERIOD_S), ARM)
+    first = played(robot)
+    fitted(robot, first)
+    assert robot.servo is None
+    again = played(robot)
+    assert all(
+        np.array_equal(one.state.position_rad, other.state.position_rad)
+        for one, other in zip(first.exchanges, again.exchanges, strict=True)
+    )
+
+
+def test_a_servo_of_other_joints_is_refused_before_anything_moves() -> None:
+    robot = leading(0.0, 0.0)
+    one = played(robot)
+    fitted(robot, one)
+    servo = found(ARM, motion(), lagging(motion(), 0.1), PERIOD_S)
+    with pytest.raises(StageError, match="identify it again; nothing was moved"):
+        robot.lead(dataclasses.replace(servo, joint_names=tuple(f"other{j}" for j in range(7))))
