@@ -1,4 +1,4 @@
-"""Settings of the adaptation of a primitive to the arm: the tau that are tried, and what a robust catch tolerates."""
+"""Settings of the adaptation of a primitive to the arm: the search over tau, and the uncertainty of a robust catch."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kendama_cli.vision.settings import MotionSettings, OnsetSettings
 class UncertaintySettings:
     """Uncertainty of kendama and arm: sampled for every rollout that evaluates a motion, mostly uniformly.
 
-    The cup's error is a sine along the world's x of a frequency (sampled on a logarithmic scale) and an own phase. It
+    The cup's error is a sine along x of the world, of a random phase and a frequency sampled on a logarithmic scale. It
     stands for calibration, compliance and vibration, which unlike noise do not average out.
     """
 
@@ -90,7 +90,7 @@ class SensorModelSettings:
 
 @dataclass(frozen=True)
 class CorrectionSettings:
-    """Correction of the planned motion by a visual catch: the cup is moved beside its plan."""
+    """Correction of the planned motion by a visual catch: the cup deviates from its plan."""
 
     acceleration_m_s2: float = setting(
         "Maximum acceleration that the correction adds to the planned motion [m/s^2].", above=0

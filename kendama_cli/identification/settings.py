@@ -10,7 +10,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class IdentifySettings:
-    """The exciting motions, the models, and the motion of the cup that shows what they are worth."""
+    """Exciting motions, friction models, and a motion of the cup that tests the compensation."""
 
     amplitude_rad: float = setting("Maximum displacement of each joint from its home position [rad].", above=0)
     limit_ratio: float = setting(

@@ -192,7 +192,7 @@ class DecisionSettings:
 
 @dataclass(frozen=True)
 class LearnSettings:
-    """The task, the learner, and what a table of binned states and accelerations of the cup is learned with."""
+    """The task, the learner, and the constants of a table over binned states and accelerations of the cup."""
 
     learner: Annotated[LearnerSettings, LEARNERS]
     grid: GridSettings

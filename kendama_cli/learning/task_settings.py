@@ -116,7 +116,7 @@ class RailEngine:
 
 @dataclass(frozen=True)
 class DartEngine:
-    """The world of the whole arm in DART: line, drive and controller carry the cup, the ball touches cup and arm."""
+    """Simulation of the whole arm in DART: line, drive and controller move the cup; the ball touches cup and arm."""
 
     kind: Literal["dart"]
     robot: RobotSettings
@@ -128,7 +128,7 @@ EngineSettings = DartEngine | RailEngine
 
 @dataclass(frozen=True)
 class RandomisationSettings:
-    """Domain randomisation (Tobin et al. 2017): how bodies differ; values are uniform, new in every rollout."""
+    """Domain randomisation (Tobin et al. 2017): each rollout samples another kendama and arm, uniformly."""
 
     rope: float = setting("The rope's length differs by up to this fraction, either way.", at_least=0, below=0.5)
     drag: tuple[float, float] = setting("Range of a factor on the air drag.", at_least=0)

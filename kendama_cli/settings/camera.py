@@ -245,7 +245,7 @@ CameraSettings = Annotated[CameraSettingsNode, CAMERAS]
 
 @dataclass(frozen=True)
 class LightSettings:
-    """One lamp; it throws shadows."""
+    """A lamp, which casts shadows."""
 
     position_m: Triple = setting("Position of the lamp in the world [m].")
     irradiance: float = setting(
@@ -255,7 +255,7 @@ class LightSettings:
 
 @dataclass(frozen=True)
 class LightingSettings:
-    """The light on a virtual scene."""
+    """Light in a virtual scene."""
 
     ambient: float = setting("Irradiance that reaches every surface from all directions.", at_least=0)
     lamps: tuple[LightSettings, ...] = setting("Lamps of the scene.")

@@ -49,7 +49,7 @@ class BallSettings:
 
 @dataclass(frozen=True)
 class QuadraticAir:
-    """Drag of a sphere and of a string that turns about its other end."""
+    """Quadratic drag of a sphere, and of a string that rotates about its other end."""
 
     kind: Literal["quadratic"]
     density_kg_m3: float = setting("Density of the air [kg/m^3].", at_least=0)
@@ -60,7 +60,7 @@ class QuadraticAir:
 
 @dataclass(frozen=True)
 class LinearAir:
-    """The drag of equations.md eq. 1."""
+    """Linear drag as in the paper (equations.md eq. 1)."""
 
     kind: Literal["linear"]
     drag_n_s_m: float = setting("Coefficient Ka of the linear air drag: force = -Ka velocity [N s/m].", at_least=0)
@@ -68,7 +68,7 @@ class LinearAir:
 
 @dataclass(frozen=True)
 class MeasuredAir:
-    """Coefficients of drag as they were measured, those of the string included."""
+    """Measured coefficients of the drag of ball and string together."""
 
     kind: Literal["measured"]
     linear_n_s_m: float = setting("Linear coefficient k1 of the drag: force = -(k1 + k2 |v|) v [N s/m].", at_least=0)
@@ -176,7 +176,7 @@ class CupSettings:
 
 @dataclass(frozen=True)
 class GameSettings:
-    """Simulated kendama, whatever the robot is."""
+    """Simulated kendama, the same for every robot."""
 
     rope: RopeSettings
     ball: BallSettings

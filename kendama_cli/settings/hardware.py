@@ -25,7 +25,7 @@ class RobotSettingsNode(Protocol):
 
 @dataclass(frozen=True)
 class TwinHardware:
-    """The simulated robot as a process of its own behind UDP on loopback, a little different from the model."""
+    """The twin: a simulated robot in its own process behind UDP on loopback, slightly different from the model."""
 
     moves: ClassVar[bool] = False
 
@@ -48,7 +48,7 @@ class TwinHardware:
 
 @dataclass(frozen=True)
 class SimulatedHardware:
-    """The simulated robot in the stage's own process, without a line between."""
+    """The simulated robot in the process of the stage, without a connection between them."""
 
     moves: ClassVar[bool] = False
 
@@ -63,7 +63,7 @@ class SimulatedHardware:
 
 @dataclass(frozen=True)
 class CommandHardware:
-    """A robot's controller that runs and speaks the protocol of docs/reference/protocol.md."""
+    """A robot's running controller that speaks the protocol of docs/reference/protocol.md."""
 
     moves: ClassVar[bool] = True
 

@@ -13,7 +13,7 @@ from kendama_cli.settings.scene import SceneSettings
 
 @dataclass(frozen=True)
 class ProbeSettings:
-    """A rod with a ball at its end, held where the robot holds its tool; the ball's centre is what is controlled."""
+    """A rod with a ball at its end, held where the robot holds its tool; its centre is the controlled point."""
 
     radius_m: float = setting("Radius of the probe's ball [m].", above=0)
     mass_kg: float = setting("Mass of the probe, at the ball's centre [kg].", above=0)
@@ -34,7 +34,7 @@ ControllerSettings = Annotated[ChosenSettings, CONTROLLERS]
 
 @dataclass(frozen=True)
 class StepSettings:
-    """One step of the script: pose and force desired at its end, reached smoothly from those of the step before."""
+    """One step of the script: desired pose and force at its end, reached smoothly from those of the previous step."""
 
     name: str = setting("Name of the step in messages, logs and the report.")
     duration_s: float = setting("Duration of the step [s].", above=0)
@@ -52,7 +52,7 @@ class StepSettings:
 
 @dataclass(frozen=True)
 class InteractSettings:
-    """One script in one scene."""
+    """A script of poses and forces that the tool plays in a scene."""
 
     controller: ControllerSettings
     probe: ProbeSettings

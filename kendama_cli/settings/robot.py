@@ -49,7 +49,7 @@ PER_JOINT = (
 class RobotSettings:
     """An arm from a URDF, placed in the world, holding the cup; per-joint lists run from base to tip.
 
-    Where null is allowed the arm finds a value of its own: see robot_model.model, whose attributes hold what counts.
+    Null takes a value from the file or a rule (robot_model.model), whose attributes hold the resulting values.
     """
 
     read_by: ClassVar[str] = "kendama_cli.robot_model.description:read_lines"

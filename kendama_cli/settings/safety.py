@@ -10,7 +10,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class SafetySettings:
-    """Allowed along the whole motion; places are in the world, whose origin is where the table of the game stands."""
+    """Limits along the whole motion; positions are in the world, whose origin is on the floor below the game."""
 
     limit_ratio: float = setting(
         "Maximum ratio of velocity, acceleration and torque to their limits. 1 uses the full limits.",

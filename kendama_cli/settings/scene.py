@@ -90,7 +90,7 @@ SceneBody = StaticBody | FreeBody | SprungBody
 
 @dataclass(frozen=True)
 class SceneSettings:
-    """The bodies around the arm; none where the arm stands alone."""
+    """Bodies around the arm, or none."""
 
     bodies: tuple[SceneBody, ...] = setting("Bodies of the scene, in any order.")
 

@@ -15,7 +15,7 @@ STORES = "kendama.stores"
 
 @dataclass(frozen=True)
 class StoreSettings:
-    """The node ``store``: what stands behind the home folder."""
+    """The node ``store``: a shared store behind the home folder."""
 
     remote: str | None = setting(
         "Folder or URL of a shared store, such as /mnt/shared/kendama or s3://bucket/prefix; null for none."

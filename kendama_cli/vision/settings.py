@@ -71,7 +71,7 @@ class BallisticMotion:
 
 @dataclass(frozen=True)
 class ColouredMotion:
-    """A smooth wobble of what is seen about the flight, as of a ball that spins about another point than its centre."""
+    """A smooth wobble of the observed point about the flight, as of a ball that does not spin about its centre."""
 
     kind: Literal["coloured"]
     sigma_m: float = setting(
@@ -88,7 +88,7 @@ MotionSettings = BallisticMotion | ColouredMotion
 
 @dataclass(frozen=True)
 class GravitySettings:
-    """Gravity as the calibrated cameras see it; `kendama log predict` estimates the values of one's own flights."""
+    """Gravity as the calibrated cameras see it; `kendama log predict` estimates its values from recorded flights."""
 
     scale: float = setting(
         "Gravity that the cameras see, as a multiple of game.gravity_m_s2. It is not 1 if the calibration's scale is "
@@ -118,7 +118,7 @@ class ReleaseSettings:
 
 @dataclass(frozen=True)
 class PredictSettings:
-    """The study: how many flights, what is measured when."""
+    """The study of predictions: random flights, cameras, and the fractions of a flight at which errors are taken."""
 
     flights: int = setting("Number of random flights.", at_least=1)
     observed_fractions: tuple[float, ...] = setting(

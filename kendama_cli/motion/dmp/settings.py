@@ -11,7 +11,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class EncodeSettings:
-    """The primitive's fixed numbers (equations.md eq. 3-5) and the way its weights are found."""
+    """Constants of the primitive (equations.md eq. 3-5), and the fit of its weights."""
 
     plan: str | None = setting(
         "File of a primitive in JSON or YAML that is used unchanged; null fits one to the demonstrations.", file=True

@@ -10,7 +10,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class TrainedDetectorSettings:
-    """A ball that was taught by boxes in a few images (``kendama camera train``)."""
+    """A detector that was trained on boxes in a few images (``kendama camera train``)."""
 
     kind: Literal["trained"]
     ball: str = setting("File of the trained detector (npz), made by 'kendama camera train'.", file=True)
@@ -28,7 +28,7 @@ class TrainedDetectorSettings:
 
 @dataclass(frozen=True)
 class NetworkDetectorSettings:
-    """A ball that a neural network finds; the network is an ONNX file that OpenCV can run."""
+    """A neural network that detects the ball: an ONNX file that OpenCV can run."""
 
     kind: Literal["network"]
     model: str = setting("File of the neural network (ONNX).", file=True)

@@ -11,7 +11,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class FrankaHardware:
-    """An arm of Franka Robotics by the Franka Control Interface (FCI); every tuple is for its seven joints."""
+    """An arm of Franka Robotics through the Franka Control Interface (FCI); lists have a value for each joint."""
 
     moves: ClassVar[bool] = True
 

@@ -10,7 +10,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class TaskSpaceGains:
-    """Springs and dampers of the tool, and the posture that it leaves free."""
+    """Springs and dampers of the tool, and of the posture that it leaves free."""
 
     stiffness_n_m: tuple[float, float, float] = setting(
         "Stiffness of the tool against displacement along x, y and z of the world [N/m].", above=0
@@ -27,14 +27,14 @@ class TaskSpaceGains:
 
 @dataclass(frozen=True)
 class ImpedanceControl(TaskSpaceGains):
-    """The tool is a mass on springs; a wanted force is fed forward and adds to that of the springs."""
+    """The tool behaves as a mass on springs; a desired force is fed forward and adds to the springs' force."""
 
     kind: Literal["impedance"] = setting("Springs act in every direction.")
 
 
 @dataclass(frozen=True)
 class ForceControl(TaskSpaceGains):
-    """The same, but along a wanted force no spring acts, and the measured force is brought to the wanted one."""
+    """Impedance control, but along a desired force no spring acts: the measured force is controlled to it."""
 
     kind: Literal["force"] = setting("The force is controlled where one is desired; springs act elsewhere.")
     integral_1_s: float = setting("Integral gain on the force error [1/s].", at_least=0)

@@ -11,7 +11,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class RsiHardware:
-    """A KUKA controller that runs RobotSensorInterface (RSI) over UDP."""
+    """A KUKA controller with RobotSensorInterface (RSI) over UDP."""
 
     moves: ClassVar[bool] = True
 

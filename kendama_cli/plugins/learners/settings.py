@@ -12,7 +12,7 @@ from kendama_cli.settings.game import GameSettings
 
 @dataclass(frozen=True)
 class DynaSettings:
-    """SARSA(lambda) on a table, and a model of its transitions that is learned from beside them."""
+    """SARSA(lambda) on a table that also learns from imagined transitions of a learned model."""
 
     kind: Literal["dyna"]
     planning: int = setting("Number of imagined transitions that update the table after every real one.", at_least=0)
@@ -29,7 +29,7 @@ class DynaSettings:
 
 @dataclass(frozen=True)
 class TileCodingSettings:
-    """SARSA(lambda) on several offset tilings of the state, whose tiles' values add up."""
+    """SARSA(lambda) on several offset tilings of the state; the values of their tiles are summed."""
 
     kind: Literal["tile_coding"]
     tilings: int = setting(
@@ -71,7 +71,7 @@ class OpenLoopSettings:
 
 @dataclass(frozen=True)
 class ModelBasedSettings:
-    """A model of the swing, fitted to the rollouts so far, and a search in it for a swing in open loop."""
+    """A model of the swing is fitted to the rollouts so far, and searched for a swing in open loop."""
 
     kind: Literal["model_based"]
     game: GameSettings

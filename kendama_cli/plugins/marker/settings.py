@@ -56,7 +56,7 @@ class MarkerSettings:
 
 @dataclass(frozen=True)
 class MarkerCapture(MarkerSettings):
-    """Films of the marker, one swing or several in each."""
+    """Videos of the marker, each with one swing or several."""
 
     kind: Literal["marker"] = setting("The demonstrations are videos of a printed marker.")
     path: str | tuple[str, ...] | None = setting("Video, glob or list of them.", file=True)
@@ -69,7 +69,7 @@ class MarkerCapture(MarkerSettings):
 
 @dataclass(frozen=True)
 class MarkerLiveCapture(MarkerSettings):
-    """The marker before a camera that is recorded now."""
+    """A live recording of the marker by a camera."""
 
     live: ClassVar[bool] = True
     streams: ClassVar[bool] = True

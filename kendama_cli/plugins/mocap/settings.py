@@ -15,7 +15,7 @@ from kendama_cli.schema.units import LengthUnit
 
 @dataclass(frozen=True)
 class BodySettings:
-    """A tracked body on the cup: its axes, where the cup is in it, and what its swings can be."""
+    """A tracked body on the cup: its axes, the cup's pose in it, and plausible ranges of its swings."""
 
     plausible: PlausibleSettings
     axes: Axes = setting("Axes of the file that are kendama's x, y and z (up); [x, -z, y] if the file has y up.")
@@ -41,7 +41,7 @@ class BodySettings:
 
 @dataclass(frozen=True)
 class BodyCapture(BodySettings):
-    """A tracked body in the files of motion capture systems and robots, and the ball where it was tracked too."""
+    """A tracked body in files of motion capture systems and robots, with the ball if it was tracked too."""
 
     kind: Literal["body"] = setting("The demonstrations are files of a tracked body.")
     path: str | tuple[str, ...] | None = setting("File, glob or list of files.", file=True)

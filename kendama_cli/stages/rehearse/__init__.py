@@ -8,7 +8,7 @@ from kendama_cli.stages.rehearse.settings import RehearseSettings
 
 STAGE = StageDeclaration(
     name="rehearse",
-    title="First tries on an arm",
+    title="First attempts on an arm",
     lead="Plays a checked motion on the twin, then on the arm, slowly and without the ball.",
     run="kendama_cli.stages.rehearse.stage:Rehearse",
     returns="kendama_cli.artifacts.rehearsal:Rehearsal",

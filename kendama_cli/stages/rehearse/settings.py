@@ -9,7 +9,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class RehearseSettings:
-    """Settings of the first attempts of a motion on an arm."""
+    """Settings of the first attempts at a motion on an arm."""
 
     speed: float = setting(
         "Fraction of the motion's planned speed; tau is divided by it. Start low on a real arm.", above=0, at_most=1

@@ -12,7 +12,7 @@ from kendama_cli.schema.settings import setting
 
 @dataclass(frozen=True)
 class PlayCapture(FileCapture):
-    """Tries that ``kendama play`` kept; read as any recording, with the marks in their first lines."""
+    """Attempts that ``kendama play`` stored, read like any recording; their first lines mark catches and choices."""
 
     kind: Literal["play"]  # type: ignore[assignment]
     path: str | tuple[str, ...] | None = setting(
