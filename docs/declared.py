@@ -36,7 +36,7 @@ LONGEST = 60
 """Values with more characters are left out of a table."""
 _ROW = re.compile(r"^\|.*$", re.M)
 NO_BREAK = "\N{NO-BREAK SPACE}"
-_PLACE = re.compile(r"^<!-- declared: (\w+)(?: ([\w -]+))? -->$", re.M)
+_PLACE = re.compile(r"^<!-- declared: (\w+)(?: ([\w /*-]+))? -->$", re.M)
 _DATA = re.compile(r"^\[[^\]]+\]\(([\w/]+\.csv)\)$", re.M)
 
 
@@ -106,6 +106,19 @@ def pipelines() -> str:
         stages = ", ".join(f"`{spec.name}`" for spec in load_pipeline(name, folders).stages)
         rows.append((f"`{name}`", lead, stages))
     return "\n".join(_table(("pipeline", "content", "stages"), rows))
+
+
+def choices(words: str) -> str:
+    """Return a table of the choices of a group of ``conf/``, all or those of a pattern, by the lead of each file."""
+    group, pattern = (*words.split(), "*")[:2]
+    rows = []
+    with tempfile.TemporaryDirectory() as empty:
+        folders = find_site(Path(empty)).conf_folders
+    for folder in folders:
+        for path in sorted((folder / group).glob(f"{pattern}.yaml")):
+            lines = path.read_text().splitlines()
+            rows.append((f"`{path.stem}`", next(one for one in lines if "@package" not in one).removeprefix("# ")))
+    return "\n".join(_table((group, "content"), rows))
 
 
 def topics() -> str:
@@ -268,5 +281,5 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Iterator[str]:
         yield ""
 
 
-_NAMED = (stages, nodes, overview, pipelines, topics, errors, python, environment)
+_NAMED = (stages, nodes, overview, pipelines, choices, topics, errors, python, environment)
 PARTS: dict[str, Callable[..., str]] = {**{one.__name__: one for one in _NAMED}, "help": help_of}

@@ -69,6 +69,13 @@ def test_the_overview_has_every_stage_and_every_pipeline(declared: Any) -> None:
         assert f"`{name}`" in declared.pipelines()
 
 
+def test_the_choices_of_a_group_are_its_files(declared: Any) -> None:
+    rows = re.findall(r"^\| `(\w+)` \| \w.{15,} \|$", declared.choices("learn/learner"), re.M)
+    assert rows == sorted(path.stem for path in (ROOT / "conf" / "learn" / "learner").glob("*.yaml"))
+    twins = re.findall(r"^\| `(\w+)` \|", declared.choices("hardware twin_*"), re.M)
+    assert twins == sorted(path.stem for path in (ROOT / "conf" / "hardware").glob("twin_*.yaml"))
+
+
 def test_without_sphinx_one_line_says_what_to_install(tmp_path: Path) -> None:
     (tmp_path / "furo.py").write_text("raise ModuleNotFoundError(\"No module named 'furo'\", name='furo')\n")
     hidden = {**os.environ, "PYTHONPATH": str(tmp_path)}
