@@ -20,11 +20,13 @@ class UncertaintySettings:
     """
 
     name: str = setting("Name of these uncertainties in reports.")
-    rope_m: float = setting("The rope's length is wrong by up to this, either way [m].", at_least=0)
+    rope_m: float = setting("The rope's length differs from the model by up to this, either way [m].", at_least=0)
     ball_start_m: float = setting(
         "The ball starts up to this far from under the cup along x, either way [m].", at_least=0
     )
-    mass_fraction: float = setting("The ball's mass is wrong by up to this fraction, either way.", at_least=0, below=1)
+    mass_fraction: float = setting(
+        "The ball's mass differs from the model by up to this fraction, either way.", at_least=0, below=1
+    )
     drag_scale: tuple[float, float] = setting(
         "Minimum and maximum factor on the air drag, sampled on a logarithmic scale.", above=0
     )
@@ -32,7 +34,7 @@ class UncertaintySettings:
         "Minimum and maximum coefficient of restitution between ball and cup; 1 loses no energy.", at_least=0, at_most=1
     )
     lag_s: tuple[float, float] = setting(
-        "Minimum and maximum time constant with which the arm lags behind its reference (first order) [s].", at_least=0
+        "Minimum and maximum time constant of the first-order lag between the arm and its reference [s].", at_least=0
     )
     cup_error_m: float = setting(
         "Amplitude of a sinusoidal error of the cup's position along x [m]. It stands for calibration errors, "
@@ -43,7 +45,7 @@ class UncertaintySettings:
         "Minimum and maximum frequency of the cup's position error, sampled on a logarithmic scale [Hz].", above=0
     )
     joint_noise_rad: float = setting(
-        "Standard deviation of the noise that every reading of a joint angle has [rad].", at_least=0
+        "Standard deviation of the noise on every reading of a joint angle [rad].", at_least=0
     )
     joint_friction_nm: float = setting(
         "Each joint has Coulomb friction of up to this that its controller does not model [Nm].", at_least=0
@@ -80,7 +82,7 @@ class SensorModelSettings:
         "Time from the middle of the exposure to the command that uses the image [s].", at_least=0
     )
     observe_from_deg: float = setting(
-        "The test for free flight runs once the ball has risen beyond this angle from hanging [deg].",
+        "The test for free flight runs while the ball rises beyond this angle from hanging [deg].",
         at_least=0,
         below=180,
     )
@@ -132,15 +134,13 @@ class PolicySettings:
         "The goal moves between these two fractions of the motion's duration.", at_least=0, at_most=1
     )
     generation: int = setting(
-        "Rollouts between two updates of the policy, all in one perturbed simulation.", at_least=4
+        "Number of rollouts between two updates of the policy, all in one perturbed simulation.", at_least=4
     )
     max_rollouts: int = setting(
         "The search ends after this many rollouts; rollouts that evaluate a motion do not count.", at_least=4
     )
     stop_at: tuple[int, int] = setting(
-        "The search ends when at least the first number of catches is reached in the second number of repeats, which "
-        "follow a generation.",
-        at_least=1,
+        "Two numbers n and m: the search ends when n of the m repeats that follow a generation are caught.", at_least=1
     )
     elite: int = setting("The policy is updated from this many of the best rollouts so far (search=power).", at_least=1)
     reward_m: float = setting(

@@ -20,7 +20,7 @@ class ObservationSettings:
         "Sensor of the ball's flight: 'cameras' uses images, 'tracking' the ball's position that the robot reports."
     )
     observe_from_deg: float = setting(
-        "The test for free flight runs once the ball has risen beyond this angle from hanging [deg].",
+        "The test for free flight runs while the ball rises beyond this angle from hanging [deg].",
         at_least=0,
         below=180,
     )
@@ -31,7 +31,7 @@ class ObservationSettings:
         "Origin of the cameras' poses: 'line' is the rope's tie point at the centre of the line, 'world' the world's "
         "origin."
     )
-    image_every: int = setting("One in this many images of the first game is logged whole.", at_least=1)
+    image_every: int = setting("One image in this many of the first game is logged.", at_least=1)
     position_sigma_m: float = setting("Standard deviation of a tracked position, per axis [m].", above=0)
     free_after_s: float = setting(
         "With tracking, the ball counts as flying this long after the swing-up has reached its goal [s].", at_least=0

@@ -121,7 +121,7 @@ class ExplorationSettings:
     after_failure: float = setting(
         "Probability that the rollout after a greedy failure explores.", at_least=0, at_most=1
     )
-    in_a_row: int = setting("Number of exploring rollouts that then follow one another.", above=0)
+    in_a_row: int = setting("After such a failure, this many rollouts explore in a row.", above=0)
     mutation_fraction: float = setting(
         "Fraction of harmonics that mutate one of the best so far; others are sampled anew.", at_least=0, at_most=1
     )

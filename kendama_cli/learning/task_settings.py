@@ -130,11 +130,15 @@ EngineSettings = DartEngine | RailEngine
 class RandomisationSettings:
     """Domain randomisation (Tobin et al. 2017): each rollout samples another kendama and arm, uniformly."""
 
-    rope: float = setting("The rope's length differs by up to this fraction, either way.", at_least=0, below=0.5)
+    rope: float = setting(
+        "The rope's length differs from the model by up to this fraction, either way.", at_least=0, below=0.5
+    )
     drag: tuple[float, float] = setting("Range of a factor on the air drag.", at_least=0)
     noise: tuple[float, float] = setting("Range of a factor on all noise.", at_least=0)
     acceleration: float = setting(
-        "All accelerations of a rollout differ by up to this fraction, either way.", at_least=0, below=0.5
+        "All accelerations of a rollout differ from the commanded ones by up to this fraction, either way.",
+        at_least=0,
+        below=0.5,
     )
     angle_deg: float = setting(
         "All readings of the ball's angle in a rollout are off by up to this, either way [deg].", at_least=0
@@ -168,7 +172,7 @@ class CountSettings:
     learned_streak: int = setting("The swing-up counts as learned after this many greedy successes in a row.", above=0)
     max_rollouts: int = setting("Learning fails after this many rollouts.", above=0)
     solved_streak: int = setting(
-        "The swing-up counts as solved after this many greedy successes in a row, and the policy is frozen. Until "
+        "The swing-up counts as solved after this many greedy successes in a row, and the policy is final. Until "
         "then, or until max_rollouts, learning continues.",
         above=0,
     )

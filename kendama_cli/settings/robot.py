@@ -172,7 +172,7 @@ class Imperfection:
     joint_friction_fraction: float = setting(
         "Each joint has more friction than its controller models, by this fraction of its known friction.", at_least=0
     )
-    lag_s: float = setting("Time constant with which the arm lags behind its reference (first order) [s].", at_least=0)
+    lag_s: float = setting("Time constant of the first-order lag between the arm and its reference [s].", at_least=0)
     latency_s: float = setting("Pure delay of every command [s].", at_least=0)
     joint_noise_rad: float = setting("Standard deviation of the readings of the joint angles [rad].", at_least=0)
     ball_noise_m: float = setting(

@@ -130,7 +130,7 @@ class PredictSettings:
     onset_from: Literal["images", "truth"] = setting(
         "Start of the flight: 'images' finds it by the sequential test, 'truth' takes it from the simulation."
     )
-    image_every: int = setting("One in this many images of the first flight is logged; 0 logs none.", at_least=0)
+    image_every: int = setting("One image in this many of the first flight is logged; 0 logs none.", at_least=0)
     jpeg_quality: int = setting("JPEG quality of the logged images.", at_least=1, at_most=100)
     release: ReleaseSettings = setting("Random flights of the study.")
     gravity: GravitySettings = setting("Gravity as the calibrated cameras see it.")

@@ -32,6 +32,15 @@ def test_every_setting_metric_topic_and_figure_has_a_sentence() -> None:
     assert wrong == {}
 
 
+def test_the_declared_text_of_a_setting_is_short_sentences_in_words_of_the_field() -> None:
+    """A machine sees no verb; it sees a fragment by its first letter and its end, and words that only we use."""
+    texts = {str(one.field.metadata.get("doc", "")): one.key for one in all_settings()}
+    assert {key: text for text, key in texts.items() if not (text[:1].isupper() and text.endswith("."))} == {}
+    house = re.compile(r"\b(worlds|drawn|toys?|nobody|films?|(?<!at )least|tempo|proof)\b", re.IGNORECASE)
+    assert [text for text in (*texts, *SENTENCES.values()) if house.search(text)] == []
+    assert [text for text in texts if any(len(one.split()) > 40 for one in text.split(". "))] == []
+
+
 def test_the_topics_with_a_sentence_are_those_that_a_stage_logs() -> None:
     for one in declarations():
         assert set(one.topic_words) == set(one.topics), one.name

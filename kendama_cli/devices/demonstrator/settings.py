@@ -75,7 +75,7 @@ class PlausibleSettings:
     max_acceleration_m_s2: float = setting("Maximum acceleration over 10 ms that a hand reaches [m/s^2].", above=0)
     min_duration_s: float = setting("Minimum duration of a swing [s].", above=0)
     axes: Literal["refuse", "warn", "off"] = setting(
-        "Reaction if the path looks like a swing along other axes than those declared, or under rotated gravity."
+        "Reaction to a path that looks like a swing along other axes than the declared ones, or under rotated gravity."
     )
 
 

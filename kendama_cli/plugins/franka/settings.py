@@ -34,11 +34,11 @@ class FrankaHardware:
         "Deceleration from which the arm derives a joint's velocity limit near a stop [rad/s^2].", above=0
     )
     stop_rad_s: tuple[float, ...] = setting(
-        "Near a stop, the arm's velocity limit is lower by this than that deceleration allows [rad/s].", at_least=0
+        "Near a stop, the arm allows this much less velocity than its deceleration would [rad/s].", at_least=0
     )
     collision_nm: float = setting("The arm stops when an external torque at a joint exceeds this [Nm].", above=0)
     collision_n: float = setting(
-        "The arm stops when an external force at the hand exceeds this [N], or a torque this number [Nm].", above=0
+        "The arm stops when an external force at the hand exceeds this [N], or a torque the same number [Nm].", above=0
     )
     approach_rad_s: float = setting(
         "Maximum velocity of a joint while the arm moves to the start of a motion [rad/s].", above=0

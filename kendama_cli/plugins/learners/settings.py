@@ -20,7 +20,8 @@ class DynaSettings:
         "Learning rate of an imagined transition, as a fraction of that of a real one.", above=0, at_most=1
     )
     backup: Literal["q", "sarsa"] = setting(
-        "Action after an imagined transition: 'q' takes the best one (Dyna-Q), 'sarsa' the one taken then (Dyna-SARSA)."
+        "Action after an imagined transition: the best one ('q', Dyna-Q), or the one that the policy chooses "
+        "('sarsa', Dyna-SARSA)."
     )
     outcomes: int = setting(
         "The model stores this many of the last transitions from each pair of state and action.", above=0

@@ -32,7 +32,7 @@ STAGE = StageDeclaration(
             "Number of rollouts before the streak of frozen successes that counts as solved, or the cap; fewer is "
             "better."
         ),
-        "rollouts": "Number of rollouts that the policy has had in all.",
+        "rollouts": "Total number of rollouts of learning.",
         "frozen_caught_rate": (
             "Fraction of noisy rollouts of the frozen policy that end with the ball in the cup; 1 is best."
         ),
@@ -56,7 +56,7 @@ STAGE = StageDeclaration(
         "learn-reward": "Reward of each rollout of the learning; filled marks succeeded, the line is a running median.",
         "learn-path": "Paths of cup and ball of the learned swing-up, with a mark every 60 ms.",
         "learn-series": "Cup position, ball angle and chosen acceleration over time in the same rollout.",
-        "learn-table": "Acceleration with the largest Q for every state; grey states were never decided.",
+        "learn-table": "Acceleration with the highest value in each state; no action was ever chosen in grey states.",
         "sweep-learned": (
             "Fraction of seeds that have solved the swing-up after a number of rollouts, with 95 % intervals."
         ),

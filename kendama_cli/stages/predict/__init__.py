@@ -20,7 +20,7 @@ STAGE = StageDeclaration(
     brief="{position_error_mm_p50:.1f} mm off, {prediction_horizon_ms:.0f} ms ahead",
     metrics={
         "position_error_mm_p50": (
-            "Median error of the predicted catch position at the stated part of the flight; below 5 mm is good."
+            "Median error of the predicted catch position at the stated fraction of the flight; below 5 mm is good."
         ),
         "position_error_mm_p95": "Error of the predicted catch position that 95 % of the flights stay below.",
         "time_error_ms_p50": "Median error of the predicted catch time, earlier or later.",

@@ -70,7 +70,7 @@ STAGE = StageDeclaration(
         "/transfer/detection": "Ball that was detected in one image of one camera in a game.",
         "/transfer/estimate": "Predicted crossing of the rim plane after each image, with its covariance.",
         "/transfer/game": "Result of one game: outcome, prediction error, images, latency and impact.",
-        "/transfer/replay": "Body and paths of each game, as 'kendama cross-check' needs them.",
+        "/transfer/replay": "Physical parameters and paths of each game, as 'kendama cross-check' needs them.",
         "/transfer/wrench": "Force and torque at the wrist's sensor during the games.",
         "/transfer/imitation/links": "Poses of the arm's links in the attempts at the demonstrated swing.",
         "/transfer/imitation/cup": "Pose of the cup in the attempts at the demonstrated swing.",
