@@ -88,22 +88,22 @@ def _figures(found: Description, robot: RobotSettings) -> dict[str, Any]:
 
 
 def _show(document: dict[str, Any]) -> None:
-    render.text(f"{document['robot']}: {document['path']}")
+    render.prose(f"{document['robot']}: {document['path']}")
     if document["joints"]:
         columns = [[_cell(one) for one in document["figures"][key]] for key in COLUMNS]
         rows = [tuple(map(str, row)) for row in zip(document["joints"], *columns, strict=True)]
         render.table(rows, head=("joint", *COLUMNS.values()))
-        render.text("in rad, rad/s, rad/s^2, Nm, kg m^2 (on the diagonal of H), Nm of dry friction, Nm s/rad; from:")
+        render.prose("in rad, rad/s, rad/s^2, Nm, kg m^2 (on the diagonal of H), Nm of dry friction, Nm s/rad; from:")
         for key, source in document["sources"].items():
-            render.text(f"  {COLUMNS[key]}: {source}")
+            render.prose(f"  {COLUMNS[key]}: {source}")
     if (tip_m := document["tip_at_zero_m"]) is not None:
         x, y, z = (f"{one + 0.0:.4f}" for one in tip_m)
         root = document["root_link"]
-        render.text(f"tip: '{document['tip_link']}', with all joints at 0 at ({x}, {y}, {z}) m from '{root}'")
+        render.prose(f"tip: '{document['tip_link']}', with all joints at 0 at ({x}, {y}, {z}) m from '{root}'")
     for key in ("held_at_zero", "assumed", "doubtful"):
         if told := document.get(key):
-            render.text(f"{key.replace('_', ' ')}: {', '.join(told) if key == 'held_at_zero' else '; '.join(told)}")
-    render.text(f"refused: {document['refused']}" if document["refused"] else "can be simulated")
+            render.prose(f"{key.replace('_', ' ')}: {', '.join(told) if key == 'held_at_zero' else '; '.join(told)}")
+    render.prose(f"refused: {document['refused']}" if document["refused"] else "can be simulated")
 
 
 def _cell(value: Any) -> str:

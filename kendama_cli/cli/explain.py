@@ -8,7 +8,7 @@ import fnmatch
 import inspect
 import shutil
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,11 +46,14 @@ class Explained:
     facts: Mapping[str, str]
 
 
-def explain(site: Site, name: str, *, as_json: bool) -> None:
-    """Print what ``name`` means; raises UsageError, with the nearest names, where nothing is called so."""
-    found = list(_all_of(site, name))
-    if not found:
-        raise UsageError(_unknown(name))
+def explain(site: Site, names: Sequence[str], *, as_json: bool) -> None:
+    """Print the meaning of each name; raises UsageError, with the nearest names, where nothing is called so."""
+    found: list[Explained] = []
+    for name in dict.fromkeys(names):
+        of_name = list(_all_of(site, name))
+        if not of_name:
+            raise UsageError(_unknown(name))
+        found += of_name
     if as_json:
         render.document([dataclasses.asdict(one) for one in found])
         return

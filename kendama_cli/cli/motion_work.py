@@ -16,6 +16,7 @@ from kendama_cli.errors import MissingPartError, StoreError, UsageError
 from kendama_cli.motion.dmp.plan_text import plan_text
 from kendama_cli.motion.dmp.primitive import covariance, sample_plan
 from kendama_cli.pipeline.record import find_run, past_runs
+from kendama_cli.report.tables import label_and_unit
 from kendama_cli.schema.declaration import find_stage, stage_names
 from kendama_cli.schema.registry import resolve
 from kendama_cli.store import durable
@@ -50,8 +51,9 @@ def show(source: str | None, stage: str | None, home: Path | None, *, as_json: b
     if as_json:
         render.document({**facts, "coordinates": rows})
         return
-    render.text(render.figures(facts))
-    render.table([[render.figure(value) for value in row.values()] for row in rows], head=list(rows[0]))
+    render.prose(render.figures(facts))
+    head = [f"{label} [{unit}]" if unit else label for label, unit in map(label_and_unit, rows[0])]
+    render.table([[render.figure(value) for value in row.values()] for row in rows], head=head)
 
 
 def export(source: str | None, stage: str | None, home: Path | None, output: Path) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
+
+from kendama_cli.cli.fitted import hanging, table_lines, terminal_columns, wrapped
 
 if TYPE_CHECKING:  # a run with nothing to do prints without planning
     from kendama_cli.pipeline.plan import StagePlan
@@ -17,13 +18,15 @@ if TYPE_CHECKING:  # a run with nothing to do prints without planning
 
 
 def error(message: str) -> None:
-    """Print a line on standard error."""
-    print(f"kendama: {' '.join(message.split())}", file=sys.stderr)
+    """Print a line on standard error, which a terminal shows in several."""
+    note(f"kendama: {' '.join(message.split())}")
 
 
 def note(message: str) -> None:
     """Print a line beside the result, on standard error."""
-    sys.stderr.write(f"{message}\n")  # in one piece: other threads write lines too
+    columns = terminal_columns(sys.stderr)
+    lines = [line for one in message.split("\n") for line in hanging(one, columns)]
+    sys.stderr.write("\n".join(lines) + "\n")  # in one piece: other threads write lines too
     sys.stderr.flush()
 
 
@@ -51,14 +54,18 @@ def line(value: Any) -> None:
     print(json.dumps(value, ensure_ascii=False), flush=True)
 
 
-def table(rows: Iterable[Sequence[str]], *, head: Sequence[str] = ()) -> None:
-    """Print rows in aligned columns on standard output; the last column is not padded."""
-    lines = [*([head] if head else []), *rows]
-    if not lines:
-        return
-    widths = [max(len(row[i]) for row in lines) for i in range(len(lines[0]) - 1)]
-    for row in lines:
-        print("  ".join([*(cell.ljust(width) for cell, width in zip(row[:-1], widths, strict=True)), row[-1]]).rstrip())
+def table(rows: Iterable[Sequence[str]], *, head: Sequence[str] = (), optional: Sequence[str] = ()) -> None:
+    """Print rows in aligned columns on standard output, on a terminal fitted to its width.
+
+    ``optional`` names columns that a narrow terminal does without, the least important first.
+    """
+    for line in table_lines(list(rows), head, width=terminal_columns(), optional=optional):
+        print(line)
+
+
+def prose(message: str) -> None:
+    """Print a result on standard output, on a terminal in lines that end between words."""
+    text("\n".join(hanging(message, terminal_columns())))
 
 
 def plan(stages: Sequence[StagePlan]) -> None:
@@ -141,14 +148,9 @@ def short(path: Path) -> str:
 
 def _closing(head: str, told: str, colour: str = "") -> None:
     """Print ``told`` after ``head``, on a terminal in lines that end between words; elsewhere in one line."""
-    columns = shutil.get_terminal_size((0, 0)).columns
-    words = told.split(" ")
-    lines = [head + words[0]]
-    for word in words[1:]:
-        if columns and len(lines[-1]) + 1 + len(word) > columns:
-            lines.append(" " * len(head) + word)
-        else:
-            lines[-1] += f" {word}"
+    columns = terminal_columns()
+    parts = wrapped(told, max(columns - len(head), 1)) if columns else [told]
+    lines = [(" " * len(head) if i else head) + part for i, part in enumerate(parts)]
     if colour and sys.stdout.isatty() and "NO_COLOR" not in os.environ:
         lines[0] = f"\x1b[{colour}m{head}\x1b[0m{lines[0][len(head) :]}"
     print("\n".join(lines))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from kendama_cli.cli import completion, render
+from kendama_cli.cli.fitted import terminal_columns
 from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.options import Home, Json
 from kendama_cli.config.site import find_site
@@ -209,7 +211,16 @@ def _list(
         return
     if columns is None and any(one["sweep"] for one in found):
         head = (*head[:-1], "sweep", head[-1])
-    render.table([[_cell(one.get(name)) for name in head] for one in found], head=head)
+    if columns is None and terminal_columns():
+        found = [{**one, "started": _minute(one["started"])} for one in found]
+    optional = ("started", "pipeline") if columns is None else ()
+    render.table([[_cell(one.get(name)) for name in head] for one in found], head=head, optional=optional)
+    render.note(f"home: {render.short(home)}")
+
+
+def _minute(started: str) -> str:
+    """Return a time as the clock here shows it, to the minute."""
+    return f"{datetime.fromisoformat(started).astimezone():%Y-%m-%d %H:%M}"
 
 
 def _cell(value: Any) -> str:
@@ -221,7 +232,7 @@ def _show(document: dict[str, Any]) -> None:
     render.text(f"{before} -> {after}")
     for what, title in (("config", "configuration"), ("versions", "versions")):
         _show_pairs(title, document[what])
-    render.text(f"code: {'changed in ' + ', '.join(document['code']) if document['code'] else 'the same'}")
+    render.prose(f"code: {'changed in ' + ', '.join(document['code']) if document['code'] else 'the same'}")
     rows = [(name, state) for name, state in document["artifacts"].items()]
     render.table(rows, head=("stage", "artifact"))
     _show_pairs("metrics", document["metrics"])
@@ -235,7 +246,7 @@ def _show_interval(key: str, one: dict[str, Any]) -> None:
         for value, (low, high) in zip(one["values"], one["bounds"], strict=True)
     ]
     verdict = "the intervals overlap: noise" if one["overlap"] else "the intervals do not overlap"
-    render.text(f"{key}: {texts[0]} -> {texts[1]}, {verdict}")
+    render.prose(f"{key}: {texts[0]} -> {texts[1]}, {verdict}")
 
 
 def _show_groups(document: dict[str, Any]) -> None:
@@ -250,4 +261,4 @@ def _show_groups(document: dict[str, Any]) -> None:
 def _show_pairs(title: str, pairs: dict[str, list[Any]]) -> None:
     render.text(f"{title}: {'' if pairs else 'the same'}".rstrip())
     for key, (old, new) in pairs.items():
-        render.text(f"  {key}: {render.change(old, new)}")
+        render.prose(f"  {key}: {render.change(old, new)}")

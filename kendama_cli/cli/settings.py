@@ -45,20 +45,20 @@ def config(
 
 
 def explain(
-    name: Annotated[
-        str,
+    names: Annotated[
+        list[str],
         typer.Argument(
-            metavar="NAME", help="A key, metric, stage, topic or figure.", autocompletion=completion.explained
+            metavar="NAME...", help="Keys, metrics, stages, topics or figures.", autocompletion=completion.explained
         ),
     ],
     as_json: Json = False,
     home: Home = None,
     config_dir: ConfigDir = None,
 ) -> None:
-    """Explain a setting, metric, stage, topic or figure.
+    """Explain settings, metrics, stages, topics or figures.
 
     Example: kendama explain learn.alpha
     """
-    from kendama_cli.cli.explain import explain as explain_name
+    from kendama_cli.cli.explain import explain as explain_names
 
-    explain_name(find_site(home, config_dir), name, as_json=as_json)
+    explain_names(find_site(home, config_dir), names, as_json=as_json)

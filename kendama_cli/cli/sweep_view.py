@@ -127,11 +127,11 @@ def show_sweep(records: Sequence[RunRecord], name: str | None = None) -> None:
             (one.run, one.outcome, " ".join(one.overrides), render.figures(_numbers(one.stages[-1]), 5)) for one in done
         ]
         if rows:
-            render.table(rows, head=("run", "outcome", "overrides", "last stage"))
+            render.table(rows, head=("run", "outcome", "overrides", "last stage"), optional=("outcome",))
     if len(done) > 1:
         _show_means(done)
     for line in failures:
-        render.text(line)
+        render.prose(line)
     render.text(f"{len(done)} of {len(records)} runs done{f', {len(failures)} not' if failures else ''}")
     if name is not None:
         render.text(f"see them with: kendama runs --table sweep:{name}")

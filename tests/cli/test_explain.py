@@ -106,3 +106,9 @@ def test_a_name_that_is_not_there_gets_the_nearest(capsys: pytest.CaptureFixture
     assert "type kendama explain success_rate" in refused(capsys, "explain", "succes_rate")
     assert "type kendama explain learn.alpha" in refused(capsys, "explain", "learn.alhpa")
     assert "'kendama config' prints all keys" in refused(capsys, "explain", "zzzz")
+
+
+def test_several_names_are_explained_in_their_order(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = kendama(capsys, "explain", "tau_scale", "learn.alpha")
+    assert code == 0
+    assert out.index("adapt.tau_scale (metric)") < out.index("learn.alpha (setting)")

@@ -87,7 +87,7 @@ def test_show_tells_the_parameters(home: Path, plan: MotionPlan, capsys: pytest.
     assert told["n_parameters"] == 22
     assert [row["coordinate"] for row in told["coordinates"]] == ["x", "y", "z"]
     assert motion(home, "show") == 0
-    assert "goal_velocity_m_s" in capsys.readouterr().out
+    assert "goal velocity [m/s]" in capsys.readouterr().out
 
 
 def test_sample_draws_as_many_as_asked_and_the_same_for_a_seed(home: Path, tmp_path: Path, plan: MotionPlan) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import string
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,8 @@ def test_a_closing_line_breaks_between_words_alone(
     whole, results, _ = capsys.readouterr().out.splitlines()
     assert results == "results          in ."
     monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     summary(record, "end")
     lines = capsys.readouterr().out.splitlines()[:-2]
     assert len(lines) > 1

@@ -71,6 +71,7 @@ def test_runs_whose_record_is_damaged_are_counted_aloud(tmp_path: Path) -> None:
     assert [row.split()[0] for row in listed.stdout.splitlines()[1:]] == [second.stem]
     assert listed.stderr == (
         f"runs in {toy.home} whose record cannot be read: 1; 'kendama cache verify' says which and why\n"
+        "home: .kendama\n"
     )
     second.write_text("")
     error = toy.kendama("report", expect=2).stderr

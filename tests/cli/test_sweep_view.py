@@ -82,4 +82,4 @@ def test_headline_metrics_come_first_and_warnings_last(capsys: pytest.CaptureFix
     made = RunRecord(Path("home"), "run-1", "swingup", [], "today", "done", [first, second])
     render.summary(made, "next")
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[1] for line in lines] == ["ran", "ran", "warns", "run-1"]
+    assert [line.split()[1] for line in lines] == ["ran", "ran", "warns", "in", "run-1"]

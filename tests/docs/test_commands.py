@@ -26,6 +26,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FILES = {
     "setup.yaml": "{}\n",
     "conf/capture/take.yaml": "kind: file\npath: take.csv\n",
+    "conf/capture/swing.yaml": "kind: file\npath: take.csv\n",
     "conf/hardware/mine.yaml": "kind: twin\n",
     "conf/robot/mine.yaml": "defaults: [urdf]\npath: my_arm.urdf\n",
     "conf/safety/lab.yaml": "defaults: [default]\n",
@@ -37,6 +38,8 @@ PAGES = [
     *sorted(path for path in (ROOT / "docs").rglob("*.md") if not OF_A_PACKAGE.match(path.name)),
 ]
 SYNOPSIS = re.compile(r"\[-|OVERRIDE| \| |\.\.\.|  ")  # options left out, or the columns of a list
+
+REDIRECTED = re.compile(r" \d?> ?\S+$")
 
 
 def lines_of(text: str) -> list[str]:
@@ -68,14 +71,14 @@ def parsed(words: list[str]) -> tuple[str, dict[str, Any]]:
         command = command.get_command(None, words[0])
         assert command is not None, words[0]
         words = words[1:]
-    if not words and hasattr(command, "commands"):
-        return " ".join(names), {}  # a group's name, as in a sentence
+    if not words or words == ["--help"]:
+        return " ".join(names), {}  # a name alone, as in a sentence
     return " ".join(names), command.make_context(names[-1], words).params if names else {}
 
 
 def check(line: str) -> None:
     """Raise where ``line`` is no command, or its overrides do not compose in the folder that it is typed in."""
-    name, given = parsed(shlex.split(line)[1:])
+    name, given = parsed(shlex.split(REDIRECTED.sub("", line))[1:])
     site = find_site()
     pipeline = load_pipeline(given.get("pipeline") or "kendama", site.pipeline_folders).until(given.get("until"))
     overrides = with_executor(given.get("overrides") or [], given.get("on"))

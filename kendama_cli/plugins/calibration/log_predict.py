@@ -58,7 +58,7 @@ def log_predict(
     if not model["calibrated_on"]:
         whence = "nothing, for want of other flights"
     what = str(files[0]) if len(files) == 1 else f"{len(files)} files"
-    render.text(f"{what}: {len(flights)} flights; gravity, drag and wobble from {whence}: {render.figures(model)}")
+    render.prose(f"{what}: {len(flights)} flights; gravity, drag and wobble from {whence}: {render.figures(model)}")
     rows = [document[str(seen)] for seen in SEEN]
     render.table([[render.figure(value) for value in row.values()] for row in rows], head=list(rows[0]))
 

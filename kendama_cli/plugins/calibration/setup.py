@@ -91,7 +91,7 @@ def measure_latency(
     if as_json:
         render.document({**asdict(found), "sigma_s": found.sigma_s, "setup": None if output is None else str(output)})
         return
-    render.text(
+    render.prose(
         f"delay {1e3 * found.delay_s:.2f} ms, with 95 % from {1e3 * found.low_s:.2f} to {1e3 * found.high_s:.2f}; "
         f"{found.frames} images, {found.switches} switches, {found.explained:.0%} of the brightness explained"
     )
@@ -140,7 +140,7 @@ def _show(made: PlacedCameras, output: Path, *, as_json: bool) -> None:
             f"{one.name}: {' '.join(f'{value:.4f}' for value in one.position_in_world_m)} m in the robot's world"
         )
     render.text(f"known to +-{off} mm and +-{turned} deg (95 %)")
-    render.text(f"residual {made.rms_px:.2f} px, {1e3 * made.rms_m:.2f} mm at the board, rms over {made.views} images")
+    render.prose(f"residual {made.rms_px:.2f} px, {1e3 * made.rms_m:.2f} mm at the board, rms over {made.views} images")
     render.text(f"{output}; use it with setup={output}")
 
 

@@ -69,9 +69,11 @@ def track_films(
     unit = "pixels: give --calibration for metres" if positions is None else "metres and pixels"
     render.text(f"{output}: {document['rows']} rows, in {unit}")
     if document["misfit_sigmas"] is not None:
-        render.text(f"the films' rays usually miss each other by {document['misfit_sigmas']:.1f} sigma (1: they agree)")
+        render.prose(
+            f"the films' rays usually miss each other by {document['misfit_sigmas']:.1f} sigma (1: they agree)"
+        )
     for name, offset in document["offset_s"].items():
-        render.text(f"{name}: its clock is {1e3 * offset:.1f} ms ahead of that of {films[0].name}")
+        render.prose(f"{name}: its clock is {1e3 * offset:.1f} ms ahead of that of {films[0].name}")
 
 
 def _cameras(films: Sequence[VideoFile], options: TrackOptions) -> list[CameraModel]:

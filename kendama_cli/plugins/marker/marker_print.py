@@ -29,7 +29,7 @@ def print_marker(dictionary: str, number: int, size_mm: float, output: Path) -> 
     writers = {".png": _png, ".svg": _svg, ".pdf": _pdf}
     refuse_output(output, f"allowed are {', '.join(writers)}", *writers)
     write_output(output, writers[output.suffix.lower()](black, size_mm))
-    render.text(
+    render.prose(
         f"{output}: marker {number} of {dictionary}; print it unscaled and measure the black square, which should be "
         f"{size_mm:g} mm: capture.dictionary={dictionary} capture.number={number} capture.size_m={size_mm / 1e3:g}"
     )

@@ -118,4 +118,4 @@ def capture_pivot(
         return
     sigma = " ".join(f"{1e3 * value:.2f}" for value in made.sigma_m)
     render.text(f"capture.body_to_cup_m=[{','.join(f'{value:g}' for value in offset)}]")
-    render.text(f"residual {1e3 * made.rms_m:.2f} mm rms over {made.used} samples; offset known to +-{sigma} mm")
+    render.prose(f"residual {1e3 * made.rms_m:.2f} mm rms over {made.used} samples; offset known to +-{sigma} mm")

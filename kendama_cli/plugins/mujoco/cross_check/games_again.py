@@ -70,7 +70,7 @@ def referee(home: Path, run: str | None, *, rope_kg: float | None, as_json: bool
         [str(one[name]) if name == "stage" else render.figure(one[name]) for name in one] for one in document["games"]
     ]
     render.table(rows, head=list(document["games"][0]))
-    render.text(render.figures({name: value for name, value in document.items() if name != "games"}))
+    render.prose(render.figures({name: value for name, value in document.items() if name != "games"}))
 
 
 def logged_games(record: Mapping[str, Any]) -> Iterator[LoggedGame]:
