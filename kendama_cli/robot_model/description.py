@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from kendama_cli.errors import InputError
 from kendama_cli.robot_model.arm_choice import choose_arm, is_free, is_stuck
-from kendama_cli.robot_model.limits import doubts_of
+from kendama_cli.robot_model.limit_doubts import doubts_of
 from kendama_cli.robot_model.urdf_tree import INERTIA, PRINCIPAL, UrdfTree, end, masses_of, named, number, read_tree
 from kendama_cli.settings.robot import PER_JOINT, RobotSettings
 

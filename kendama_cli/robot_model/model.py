@@ -10,7 +10,8 @@ from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.robot_model.body import Body, build_body
 from kendama_cli.robot_model.composed import check_composed
 from kendama_cli.robot_model.description import read_description
-from kendama_cli.robot_model.limits import JointLimits, placeholder_in
+from kendama_cli.robot_model.limit_doubts import placeholder_in
+from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings
 from kendama_cli.settings.interact import ProbeSettings
