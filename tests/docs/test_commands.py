@@ -47,7 +47,7 @@ def lines_of(text: str) -> list[str]:
     blocks = list(re.findall(r"^```(?:sh)?\n(.*?)^```", text, re.M | re.S))
     blocks += re.findall(r"^(?: {4}.*\n)+", text, re.M)
     blocks += ["\n".join(output.commands(found["body"])) for found in output.BLOCK.finditer(text)]
-    code = [line.split(" #")[0].strip() for block in blocks for line in block.splitlines()]
+    code = [re.sub(r" #.*| 2?> \S+$", "", line).strip() for block in blocks for line in block.splitlines()]
     code += [" ".join(line.split()) for line in re.findall(r"`(kendama [^`]+)`", text)]
     found = [part.strip(" &") for line in code for part in line.split("&&")]
     return [line for line in found if line.startswith("kendama ") and not SYNOPSIS.search(line)]
