@@ -7,8 +7,8 @@ from kendama_cli.extension import ConfigError, setting
 
 @dataclass(frozen=True)
 class TempoSettings:
-    allowed_m_s: float = setting("maximum speed of the cup [m/s]", above=0)
-    tau_scales: tuple[float, ...] = setting("time scales to play", above=0)
+    allowed_m_s: float = setting("Maximum speed of the cup [m/s].", above=0)
+    tau_scales: tuple[float, ...] = setting("Time scales at which the motion is played.", above=0)
 
     def __post_init__(self):
         if not self.tau_scales:  # a rule that a range cannot express
