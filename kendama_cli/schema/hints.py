@@ -59,7 +59,8 @@ def value_hint(key: str, value: object, allowed: Iterable[str], typed: str | Non
 
     ``typed`` is the key as it is typed before the value: a group's has slashes.
     """
-    from kendama_cli.schema.renames import value_now_called  # noqa: PLC0415 - a table that is read in errors alone
+    from kendama_cli.schema.renames import near_old_value, value_now_called  # noqa: PLC0415 - a table that is read in errors alone
 
-    names = list(allowed)
-    return value_now_called(key, value, names) or nearest(str(value), names, f"{typed or key}=")
+    names, before = list(allowed), f"{typed or key}="
+    near = value_now_called(key, value, names) or nearest(str(value), names, before)
+    return near or nearest(near_old_value(key, value), names, before)

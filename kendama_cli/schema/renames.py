@@ -7,6 +7,7 @@ table, ``kendama cache migrate`` a home. Where a name stands is said in new name
 from __future__ import annotations
 
 import contextlib
+import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -214,6 +215,12 @@ def new_fact(key: str) -> str:
 def now_called(old: str, new: str) -> str:
     """Return the words after what was not found: ``; since 0.3 it is called 'new'``; empty where it is ``old``."""
     return "" if new == old else f"; since {SINCE} it is called '{new}'"
+
+
+def near_old_value(key: str, value: object) -> str:
+    """Return the value of today whose old name is spelled nearest to a ``value`` of ``key``; empty if none is near."""
+    old = {one.old: one.new for one in RENAMES if (one.kind, one.where) == ("value", new_key(key))}
+    return next((old[word] for word in difflib.get_close_matches(str(value), old, n=1, cutoff=0.6)), "")
 
 
 def value_now_called(key: str, value: object, allowed: Iterable[str]) -> str:

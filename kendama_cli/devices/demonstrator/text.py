@@ -182,6 +182,25 @@ def _index(path: str, header: Sequence[Row], key: str, column: int | str, base: 
     return row.cells.index(column)
 
 
+def _without(rows: Sequence[Row], first: int, index: int, settings: FileCapture) -> str:
+    """Return the remedy for cells of column ``index`` that hold no number from row ``first`` on."""
+    last = first
+    while last + 1 < len(rows) and not _has_number(rows[last + 1].cells, index):
+        last += 1
+    missing = last - first + 1
+    lines = f"line {rows[first].line}" if missing == 1 else f"lines {rows[first].line} to {rows[last].line}"
+    if last + 1 == len(rows):
+        end = f"type capture.last_row={settings.first_row - 1 + first}, or " if first else ""
+        return f"{end}look at capture.columns: no number follows"
+    bridge = f" and type capture.gap_factor={missing + 1.5:g}" if missing + 1 > settings.gap_factor else ""
+    return f"delete {lines}{bridge}: the samples around are then joined; or fill the gap"
+
+
+def _has_number(cells: Sequence[str], index: int) -> bool:
+    value = number(cells[index]) if index < len(cells) else None
+    return value is not None and math.isfinite(value)
+
+
 def _numbers(path: str, rows: Rows, key: str, column: int | str, settings: FileCapture) -> Array:
     """Return the values of one column (n,); raises InputError at the first missing, empty or not finite cell."""
     index = _index(path, rows.header, key, column, settings.column_base)
@@ -191,7 +210,10 @@ def _numbers(path: str, rows: Rows, key: str, column: int | str, settings: FileC
         where = f"line {row.line}, {label}"
         if not row.filled:
             raise InputError(
-                path, "an empty line amid the data", where=f"line {row.line}", remedy="fill or cut the gap"
+                path,
+                "an empty line amid the data",
+                where=f"line {row.line}",
+                remedy=_without(rows.data, i, index, settings),
             )
         if index >= len(row.cells):
             raise InputError(
@@ -204,7 +226,7 @@ def _numbers(path: str, rows: Rows, key: str, column: int | str, settings: FileC
         value = number(cell)
         if value is None or not math.isfinite(value):
             shown = "is empty" if not cell else f"'{cell[:40]}' is not a finite number"
-            remedy = "fill or cut the gap in the recording, or choose rows without it"
+            remedy = _without(rows.data, i, index, settings)
             if cell and value is None:
                 remedy = f"look at {key}, capture.delimiter and capture.header_rows"
             raise InputError(path, shown, where=where, remedy=remedy)

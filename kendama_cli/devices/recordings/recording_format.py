@@ -17,6 +17,7 @@ HEAD_BYTES = 4096
 C3D_BLOCK_BYTES = 512
 C3D_KEY = 0x50
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+SPREADSHEETS = (".xlsx", ".xlsm", ".xls", ".ods")
 VICON_PARTS = ("Trajectories", "Devices", "Segments", "Joints", "Model Outputs")
 STREAM_HEADER = "t_s,x_m,y_m,z_m,qw,qx,qy,qz"
 
@@ -83,7 +84,10 @@ def format_of(path: Path, *, remedy: str, folder_remedy: str | None = None) -> R
     except OSError as wrong:
         raise InputError(name, f"cannot be read ({wrong.strerror})", remedy=remedy) from None
     if not head.strip():
-        raise InputError(name, "is empty, no row", remedy=remedy)
+        raise InputError(name, "is empty, no row", remedy=f"export or record it again, or {remedy}")
+    if path.suffix.lower() in SPREADSHEETS:
+        saved = layout_command(str(path.with_suffix(".csv")))
+        raise InputError(name, "is a spreadsheet", remedy=f"save it as CSV in its program; then type: {saved}")
     begun = next(one for one in FORMATS if one.begins(head))
     return begun if begun is not TABLE else next((one for one in FORMATS if path.suffix.lower() in one.endings), TABLE)
 
@@ -109,5 +113,6 @@ def text_of(path: str, content: bytes, *, remedy: str) -> str:
     except UnicodeDecodeError:
         text = content.decode("cp1252", errors="replace")  # a name or a unit in the head, say
     if (zero := text.find("\0")) >= 0:
-        raise InputError(path, "not a text file (it holds a zero byte)", where=f"byte {zero}", remedy=remedy)
+        export = f"export it as CSV from the program that made it, or {remedy}"
+        raise InputError(path, "not a text file (it holds a zero byte)", where=f"byte {zero}", remedy=export)
     return text

@@ -201,3 +201,31 @@ def test_one_bad_file_among_several_is_named(tmp_path):
     bad = edited(tmp_path, 30, "0.280,nan,0.0,0.0")
     with pytest.raises(InputError, match=r"a\.csv, line 30, column x_m"):
         open_files(file_settings([good, bad]))
+
+
+@pytest.mark.parametrize(
+    ("empty", "remedy"),
+    [
+        ([60], "delete line 60: the samples around are then joined"),
+        ([60, 61, 62], "delete lines 60 to 62 and type capture.gap_factor=4.5"),
+    ],
+)
+def test_a_hole_is_closed_by_what_its_remedy_says(tmp_path, empty, remedy):
+    lines = csv_lines()
+    holed = [",".join([line.split(",")[0], "", "", ""]) if n in empty else line for n, line in enumerate(lines, 1)]
+    assert remedy in refusal(write(tmp_path / "a.csv", holed))
+    left = [line for n, line in enumerate(lines, 1) if n not in empty]
+    read(write(tmp_path / "b.csv", left), **({"gap_factor": 4.5} if len(empty) > 1 else {}))
+
+
+def test_a_column_that_ends_early_is_read_up_to_there(tmp_path):
+    lines = csv_lines()
+    cut = [line if n < len(lines) - 3 else line.split(",")[0] + ",,," for n, line in enumerate(lines)]
+    assert f"type capture.last_row={len(lines) - 4}," in refusal(write(tmp_path / "a.csv", cut))
+    read(tmp_path / "a.csv", last_row=len(lines) - 4)
+
+
+def test_a_spreadsheet_is_to_be_saved_as_csv(tmp_path):
+    file = tmp_path / "a.xlsx"
+    file.write_bytes(b"PK\x03\x04" + bytes(60))
+    assert "save it as CSV in its program; then type: kendama capture layout" in refusal(file)

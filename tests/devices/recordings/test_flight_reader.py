@@ -84,7 +84,7 @@ def test_recordings_of_others_are_read(name, tracks, samples):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.csv", b"", "is empty, no row; give a CSV with the columns t_s,x_m,y_m,z_m"),
+        ("a.csv", b"", "is empty, no row; export or record it again, or "),
         ("a.csv", b"time,x\n0,1\n", "line 1: its header lacks t_s, x_m, y_m, z_m; it has time, x"),
         ("a.csv", b"t_s,x_m,y_m,z_m\n0,1,2,3\n1,a,2,3\n", "line 3, column x_m: 'a' is not a number"),
         ("a.csv", b"t_s,x_m,y_m,z_m\n0,1,2,3\n0,1,2,4\n", "sample 2 of 'ball': time does not rise: 0 s after 0 s"),
