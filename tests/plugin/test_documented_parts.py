@@ -99,7 +99,9 @@ def test_the_suite_does_not_move_a_robot_that_may_be_real_without_being_armed(tm
 
 def test_a_kind_that_nobody_declares_is_refused_with_those_that_are_there(bench: Path) -> None:
     done = _conformance(bench, ROBOT, overrides=["hardware.kind=bonch"])
-    assert "'hardware.kind' is 'bonch'; allowed: bench, " in done.stdout + done.stderr
+    assert (
+        "'hardware.kind' is 'bonch', did you mean 'hardware.kind=bench'? Allowed: bench, " in done.stdout + done.stderr
+    )
 
 
 def test_a_documented_hand_is_captured_by_its_kind_alone(bench: Path) -> None:
