@@ -31,7 +31,7 @@ def wrapped(text: str, width: int, *, cut: bool = False) -> list[str]:
     if len(text) <= width:
         return [text]
     parts = re.split(r"(?<=[,;]) ", text)
-    if max(map(len, parts)) > width / 2:
+    if max(map(len, parts)) > 0.7 * width:
         parts = [_cut(word, width) if cut else word for word in _words(text, width)]
     lines = [parts[0]]
     for part in parts[1:]:
