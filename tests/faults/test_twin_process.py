@@ -236,7 +236,7 @@ def test_without_settings_the_process_says_what_it_needs() -> None:
 
 def test_a_port_that_is_taken_is_one_clear_error(twin: tuple[subprocess.Popen[bytes], tuple[str, int]]) -> None:
     host, port = twin[1]
-    with pytest.raises(HardwareError, match=f"the twin cannot listen on {host}:{port}: .*; choose another port"):
+    with pytest.raises(HardwareError, match=f"the robot cannot listen on {host}:{port}: .*; choose another port"):
         serve_twin(ROBOT, GAME, TWIN, SECRET, host=host, port=port, on_ready=lambda ready: None)
 
 

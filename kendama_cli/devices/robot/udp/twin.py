@@ -43,6 +43,33 @@ def serve_twin(
 ) -> None:
     """Serve a simulated robot on ``host:port`` (0: any free port) until interrupted or ``keep_going()`` is false.
 
+    See ``serve_robot``.
+    """
+    serve_robot(
+        lambda: rebuilt_robot(hardware, robot, task),
+        secret,
+        host=host,
+        port=port,
+        realtime=hardware.realtime,
+        watchdog_s=hardware.watchdog_s,
+        on_ready=on_ready,
+        keep_going=keep_going,
+    )
+
+
+def serve_robot(
+    open_robot: Callable[[], Robot],
+    secret: bytes,
+    *,
+    host: str = LOOPBACK,
+    port: int = 0,
+    realtime: bool,
+    watchdog_s: float,
+    on_ready: Callable[[Mapping[str, Any]], None],
+    keep_going: Callable[[], bool],
+) -> None:
+    """Serve the robot of ``open_robot`` on ``host:port`` until interrupted or ``keep_going()`` is false.
+
     Who has ``secret`` may command it. ``on_ready`` is called once, when datagrams can come, with ``host, port,
     protocol, pid``. Raises HardwareError where the address cannot be used.
     """
@@ -50,15 +77,8 @@ def serve_twin(
         try:
             line.bind((host, port))
         except (OSError, OverflowError) as error:
-            raise HardwareError(f"the twin cannot listen on {host}:{port}: {error}; choose another port") from None
-        server = RobotServer(
-            lambda: rebuilt_robot(hardware, robot, task),
-            line,
-            secret,
-            realtime=hardware.realtime,
-            watchdog_s=hardware.watchdog_s,
-            keep_going=keep_going,
-        )
+            raise HardwareError(f"the robot cannot listen on {host}:{port}: {error}; choose another port") from None
+        server = RobotServer(open_robot, line, secret, realtime=realtime, watchdog_s=watchdog_s, keep_going=keep_going)
         bound, number = line.getsockname()
         on_ready({"host": bound, "port": number, "protocol": VERSION, "pid": os.getpid()})
         server.serve()

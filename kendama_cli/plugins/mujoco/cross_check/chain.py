@@ -6,14 +6,14 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.physics.rim_crossing import SampledBody
 from kendama_cli.physics.rope import CupProfile
 from kendama_cli.physics.rope_chain import link_lengths_m
 from kendama_cli.plugins.mujoco.library import mujoco
-from kendama_cli.settings.game import GameSettings, HandleTie, SideTie
+from kendama_cli.plugins.mujoco.shapes import add_cup, ball_surface
+from kendama_cli.settings.game import GameSettings, SideTie
 
 LINKS = 40
 LINK_RADIUS_M = 0.0001
@@ -28,8 +28,6 @@ CUP_KG, CUP_KG_M2 = 100.0, 10.0
 """The carried cup is so heavy that chain and ball do not move it within a step; after each it is put on its way."""
 CONTACT_S = 0.0005
 """Time constant of a link's contact; of the ball's, the inverse of its undamped rate: a rebound takes 15 steps."""
-RIGID = 0.9999
-"""Impedance of the ball's contact, the most that MuJoCo has: its force is that of spring and damper alone."""
 
 
 def chain_model(game: GameSettings, body: SampledBody, step_s: float) -> Any:
@@ -54,7 +52,7 @@ def chain_model(game: GameSettings, body: SampledBody, step_s: float) -> Any:
         name="cup", gravcomp=1.0, mass=CUP_KG, inertia=[CUP_KG_M2] * 3, explicitinertial=1
     )
     carried.add_freejoint()
-    _add_cup(mj, carried, game)
+    add_cup(mj, carried, game.cup)
     holder, below = carried, 0.0
     for number, length in enumerate(link_lengths_m(body.rope_m, CupProfile.of(cup).used_m, LINKS)):
         link_kg = body.rope_kg * length / body.rope_m
@@ -92,26 +90,8 @@ def chain_model(game: GameSettings, body: SampledBody, step_s: float) -> Any:
     return spec.compile()
 
 
-def damping_ratio(restitution: float) -> float:
-    """Return the ratio of a spring and damper that only push a ball away, with ``restitution`` of its velocity.
-
-    Schwager and Poeschel 2007 (https://doi.org/10.1007/s10035-007-0065-z): the contact ends when its force does, not
-    when the ball is where it was met.
-    """
-    return float(brentq(lambda ratio: _log_restitution(ratio) - math.log(max(restitution, 1e-3)), 0.0, 100.0))
-
-
-def _log_restitution(ratio: float) -> float:
-    if abs(ratio - 1.0) < 1e-9:
-        return -2.0
-    if ratio < 1.0:
-        return -2.0 * ratio * math.acos(ratio) / math.sqrt(1.0 - ratio**2)
-    return -2.0 * ratio * math.acosh(ratio) / math.sqrt(ratio**2 - 1.0)
-
-
 def _add_ball(mj: Any, holder: Any, below_m: float, game: GameSettings, body: SampledBody) -> None:
     """Add the ball at the end of the last link, on a slide that stretches as the rope does."""
-    spring, damper = 1.0 / CONTACT_S**2, 2.0 * damping_ratio(body.restitution) / CONTACT_S
     ball = holder.add_body(name="ball", pos=[0.0, 0.0, below_m])
     ball.add_joint(
         name="stretch",
@@ -124,37 +104,9 @@ def _add_ball(mj: Any, holder: Any, below_m: float, game: GameSettings, body: Sa
     ball.add_geom(
         size=[game.ball.radius_m, 0, 0],
         mass=body.ball_kg,
-        contype=0,
-        conaffinity=1,
-        condim=3,
-        priority=1,
-        friction=[game.cup.friction, 0, 0],
-        solref=[-spring, -damper],
-        solimp=[RIGID, RIGID, 0.001, 0.5, 2.0],
+        **ball_surface(game.cup.friction, body.restitution, CONTACT_S),
     )
     ball.add_site(name="ball")
-
-
-def _add_cup(mj: Any, carried: Any, game: GameSettings) -> None:
-    """Add the staves and floor of the cup as DART has them, and its handle."""
-    cup = game.cup
-    solid = {"contype": 1, "conaffinity": 0, "condim": 1, "mass": 0.0}
-    width, out = cup.outer_radius_m * math.tan(math.pi / cup.staves), cup.radius_m + cup.wall_m / 2
-    middle = cup.floor_m + cup.depth_m / 2
-    for stave in range(cup.staves):
-        angle = 2 * math.pi * stave / cup.staves
-        carried.add_geom(
-            type=mj.mjtGeom.mjGEOM_BOX,
-            size=[cup.wall_m / 2, width, cup.depth_m / 2],
-            pos=[out * math.cos(angle), out * math.sin(angle), middle],
-            quat=[math.cos(angle / 2), 0, 0, math.sin(angle / 2)],
-            **solid,
-        )
-    floor = [cup.radius_m, cup.wall_m / 2, 0]
-    carried.add_geom(type=mj.mjtGeom.mjGEOM_CYLINDER, size=floor, pos=[0, 0, cup.floor_m + cup.wall_m / 2], **solid)
-    if isinstance(cup.tie, HandleTie):
-        stick = [cup.tie.radius_m, cup.tie.length_m / 2, 0]
-        carried.add_geom(type=mj.mjtGeom.mjGEOM_CYLINDER, size=stick, pos=[0, 0, cup.tie.length_m / 2], **solid)
 
 
 def hang(model: Any, data: Any, ball_m: Any, rope_m: float) -> None:
