@@ -1,0 +1,1 @@
+"""Swings that a phone's accelerometer and gyroscope recorded: the phone is the cup."""
