@@ -71,7 +71,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "kendama runs --columns started,pipeline,overrides,outcome,roll.sum",
         "kendama diff 1 2",
         "kendama cache ls",
-        "kendama doctor",
+        pytest.param("kendama doctor", marks=pytest.mark.slow),
         "kendama course list",
         "kendama robot describe",
         "kendama runs --filter nothing=3",
