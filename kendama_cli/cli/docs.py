@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import tempfile
 import time
 import webbrowser
@@ -47,15 +48,18 @@ def docs(
         webbrowser.open(first.absolute().as_uri())
 
 
+NEEDED = ("furo", "gymnasium", "myst_parser", "sphinx")
+"""Libraries that conf.py and the pages name."""
+
+
 def _built(pages: Path, site: Path, doctrees: Path) -> Path:
     """Build the site and return the path of its first page."""
     try:
-        import furo  # noqa: F401 - what conf.py and the pages name
-        import gymnasium  # noqa: F401
-        import myst_parser  # noqa: F401
+        for name in NEEDED:
+            importlib.import_module(name)
         from sphinx.cmd.build import build_main
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("furo", "gymnasium", "myst_parser", "sphinx"):
+        if (error.name or "").partition(".")[0] not in NEEDED:
             raise
         message = f"'kendama docs' needs {error.name}: {install_line('docs')}; the pages lie as text in {pages}"
         raise MissingPartError(str(error.name), message) from None
