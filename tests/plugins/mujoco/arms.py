@@ -21,7 +21,7 @@ def nothing(_: Any) -> None:
     """Change nothing."""
 
 
-def own_iiwa(folder: Path, change: Callable[[Any], None] = nothing, *, kp: float = 5000.0) -> str:
+def own_iiwa(folder: Path, change: Callable[[Any], None] = nothing, *, kp: float = 5000.0, lag_s: float = 0.1) -> str:
     """Write the iiwa of our URDF as a model of MuJoCo with position servos, and with ``change``; returns its path."""
     spec = mujoco.MjSpec.from_file(IIWA.path)
     spec.compiler.fusestatic = False
@@ -30,7 +30,7 @@ def own_iiwa(folder: Path, change: Callable[[Any], None] = nothing, *, kp: float
         servo = spec.add_actuator(name=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint.name)
         servo.gainprm[0] = kp
         servo.biastype = mujoco.mjtBias.mjBIAS_AFFINE
-        servo.biasprm[1:3] = -kp, -0.1 * kp
+        servo.biasprm[1:3] = -kp, -lag_s * kp
     change(spec)
     spec.compile()
     file = folder / "arm.xml"
