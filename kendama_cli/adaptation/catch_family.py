@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from kendama_cli.adaptation.search_record import MotionVariation
+from kendama_cli.adaptation.search_record import Attempt, MotionVariation
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
@@ -18,6 +18,7 @@ from kendama_cli.motion.dmp.turning import rotations_of, tilt_only, with_turn_fr
 from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.rollout import RolloutResult
 
 SAMPLES = 500
 RIDGE = 1e-9
@@ -151,6 +152,26 @@ class CatchFamily:
             return self.swing(MotionVariation(1.0, amplitude)).min_tau_scale()
         except StageError:  # too large for the arm: the other sizes remain
             return math.inf
+
+
+def attempt_of(
+    variation: MotionVariation, swing: ArmMotion, result: RolloutResult, correction_m: float = 0.0
+) -> Attempt:
+    """Return the attempt at ``variation``, whose motion is ``swing``, with the ``result`` of its rollout."""
+    flight = None
+    if result.flight_s is not None:
+        start, end = ((t_s / variation.tau_scale - swing.lead_in_s) / swing.plan.duration_s for t_s in result.flight_s)
+        flight = (start, end)
+    return Attempt(
+        variation,
+        result.caught,
+        result.signed_miss_m,
+        result.side_miss_m,
+        result.apex_m,
+        flight,
+        swing_slack_s=result.swing_slack_s,
+        correction_m=correction_m,
+    )
 
 
 LESS = (1.0, 0.75, 0.5, 0.25)

@@ -1,4 +1,4 @@
-"""Imitation on the robot: a planned motion fitted to the real rope, at several tau, corrected by what is seen."""
+"""Imitation on the robot: a planned motion fitted to the real rope, corrected by what is seen."""
 
 from __future__ import annotations
 
@@ -37,18 +37,29 @@ class Played:
 
     def caught(self, arm: RobotModel, game: GameSettings) -> bool:
         """Return True if the ball was caught, as in RolloutResult, by the cup's sensor and the tracked ball."""
+        return sensed_catch(self.exchanges[-1].state.caught, self.miss_m(arm, game), game)
+
+    def miss_m(self, arm: RobotModel, game: GameSettings, *, from_plan: bool = False) -> tuple[float, float] | None:
+        """Return x and y of the ball beside the cup's axis in the descent next to the planned catch; None without one.
+
+        Cup and ball are as tracked; ``from_plan``: the cup is where it was planned to be, which a visual catch left.
+        """
         states = [one.state for one in self.exchanges]
+        planned = np.array([arm.tool_position_m(position) for position in self.joints.position_rad])
         poses = [arm.tool_pose(state.position_rad) for state in states]
-        planned_m = np.array([arm.tool_position_m(position) for position in self.joints.position_rad])
         t_s = np.array([one.t_s for one in self.exchanges]) - self.exchanges[0].t_s
-        paths = SampledWays(
-            t_s,
-            np.array([state.cup_in_world_m for state in states]),
-            np.array([pose.rotation[:, 2] for pose in poses]),
-            np.array([state.ball_in_world_m for state in states]),
-        )
-        miss_m = paths.miss_m(game, catch_from_s(self.joints.t_s, planned_m), game.rope.length_m)
-        return sensed_catch(states[-1].caught, miss_m, game)
+        cup_m = np.array([state.cup_in_world_m for state in states])
+        axes = np.array([pose.rotation[:, 2] for pose in poses])
+        if from_plan:
+            cup_m[1:] += planned - np.array([pose.position_m for pose in poses[1:]])
+            axes[1:] = [arm.tool_pose(position).rotation[:, 2] for position in self.joints.position_rad]
+        paths = SampledWays(t_s, cup_m, axes, np.array([state.ball_in_world_m for state in states]))
+        return paths.miss_m(game, catch_from_s(self.joints.t_s, planned), game.rope.length_m)
+
+    @property
+    def apex_m(self) -> float:
+        """Maximum height of the tracked ball over the cup."""
+        return max(float(one.state.ball_in_world_m[2] - one.state.cup_in_world_m[2]) for one in self.exchanges)
 
 
 @dataclass(frozen=True)
@@ -127,11 +138,6 @@ def require_same_joints(robot: Robot, motion: JointTrajectory) -> None:
             f"the imitation motion is for the joints {', '.join(motion.joint_names)}; this robot has "
             f"{', '.join(robot.joint_names)}; nothing was moved"
         )
-
-
-def tau_scales_to_try(step: float, tries: int) -> tuple[float, ...]:
-    """Return 1 first, then ever farther on both sides: 1 + step, 1 - step, 1 + 2 step, ..."""
-    return tuple(1.0 + step * ((k + 1) // 2) * (1 if k % 2 else -1) for k in range(tries))
 
 
 MEASURED_PERIODS = 100

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +17,6 @@ from kendama_cli.robot_model.placement.motion_check import (
     CheckedLimit,
     check_motion,
     check_places,
-    limit_ratios,
     require_allowed,
 )
 from kendama_cli.schema.arrays import Array
@@ -71,15 +69,6 @@ class Surroundings:
                 return dataclasses.replace(correction, max_shift_m=allowed_m), (text,)
             allowed_m = shift_m
         return correction, ()
-
-    def playable(self, joints: JointTrajectory, tau_scales: Sequence[float]) -> tuple[float, ...]:
-        """Return those of ``tau_scales``, stretches of time, at which ``joints`` keep to the limits that are safe.
-
-        Speeds and accelerations alone grow with it: v / tau_scale and a / tau_scale^2 over their limits.
-        """
-        fractions, most = limit_ratios(self.arm, joints), self.safety.limit_ratio
-        least = max(fractions.velocity.max() / most, math.sqrt(fractions.acceleration.max() / most))
-        return tuple(tau_scale for tau_scale in tau_scales if tau_scale >= min(least, 1.0))
 
     def _beside(self, joints: JointTrajectory, shift_m: float, from_s: float) -> Iterator[CheckedLimit]:
         """Yield the limits of positions along ``joints`` with the cup ``shift_m`` to each side."""

@@ -101,12 +101,12 @@ class TransferSettings:
     )
     baseline: bool = setting("If true, the same robot also learns from an empty table, for comparison.")
     imitation_attempts: int = setting(
-        "The arm plays the imitated motion at most this many times until it catches; each miss changes tau.", above=0
+        "The imitation is played at most this often. After a miss the motion is aimed by where the ball came down.",
+        above=0,
     )
     imitation_repeats: int = setting(
         "The tau that caught is played this many times more, which gives imitation_caught_rate.", at_least=0
     )
-    imitation_tau_step: float = setting("After a miss, tau changes in steps of this fraction.", above=0, below=0.1)
     games: int = setting("Number of full games: swing-up, flight and catch.", above=0)
     log_period_s: float = setting("Steps, joints and transforms are logged at this interval [s].", above=0)
     observation: ObservationSettings = setting("Observation of ball and cup.")

@@ -66,7 +66,7 @@ rehearse: most_behind_rad max_tracking_error_rad, most_apart_rad max_twin_deviat
 robot: held_joints locked_joints
 safety: limit_share limit_ratio
 transfer: evaluation_n evaluation_rollouts, cap max_rollouts, frozen solved_streak
-transfer: imitation_tries imitation_attempts, imitation_tempo_step imitation_tau_step
+transfer: imitation_tries imitation_attempts
 transfer.observation: believed_sigma_m max_sigma_m
 transfer.catch: give_m_s contact_speed_m_s, give_braking_m_s2 contact_braking_m_s2
 transfer.catch: settled_before_s freeze_before_catch_s

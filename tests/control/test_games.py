@@ -12,7 +12,6 @@ from kendama_cli.control.catch_controller import make_catch_geometry
 from kendama_cli.control.catch_game import find_crossing
 from kendama_cli.control.flight_observer import MarkerObserver
 from kendama_cli.control.game_runner import GameRunner
-from kendama_cli.control.imitation import tau_scales_to_try
 from kendama_cli.control.position_tracker import PositionTracker
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.devices.robot.udp.remote import UdpRobot
@@ -159,7 +158,3 @@ def test_the_crossing_of_a_noisy_flight_is_known_better_than_one_reading() -> No
         assert found is not None
         misses.append(np.linalg.norm(found.position_m[:2] - wanted[:2]))
     assert np.sqrt(np.mean(np.square(misses))) < 0.002, "measured 1.0 mm; a single reading is 2.8 mm off"
-
-
-def test_taus_go_outward_from_the_planned_one() -> None:
-    assert tau_scales_to_try(0.01, 5) == pytest.approx((1.0, 1.01, 0.99, 1.02, 0.98))

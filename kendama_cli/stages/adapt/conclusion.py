@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from kendama_cli.adaptation.catch_family import attempt_of
 from kendama_cli.adaptation.catch_search import MIN_APEX_M, TauSearch, nearest_attempt
 from kendama_cli.adaptation.search_record import Attempt, Bounds, CatchSearch, MotionVariation, Search
 from kendama_cli.adaptation.settings import AdaptSettings
@@ -18,7 +19,7 @@ from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.find_placement import current_placement
 from kendama_cli.simulation.dart.rollout import RolloutResult
 from kendama_cli.stages.adapt.logged import log_chosen, log_windows
-from kendama_cli.stages.adapt.trials import Trials, attempt_of
+from kendama_cli.stages.adapt.trials import Trials
 from kendama_cli.stages.interface import Metric, StageContext, StageResult
 
 NOT_REPEATED = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kendama_cli.adaptation.catch_family import CatchFamily
+from kendama_cli.adaptation.catch_family import CatchFamily, attempt_of
 from kendama_cli.adaptation.search_record import Attempt, MotionVariation, Perturbation, Repeat, Search, Trial
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import JointTrajectory
@@ -12,7 +12,6 @@ from kendama_cli.control.catch_reach import lacking_reach
 from kendama_cli.control.corrected_motion import CupPlan
 from kendama_cli.control.visual_catch import VisualCatch, cup_plan
 from kendama_cli.errors import SimulationError
-from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.simulation.dart.arm_errors import NO_ERRORS
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
 from kendama_cli.simulation.dart.world import ArmWorld
@@ -139,23 +138,3 @@ class Trials:
 
     def _joints(self, variation: MotionVariation) -> JointTrajectory:
         return self.family.swing(variation).joints(variation.tau_scale, self._settings.hold_s)
-
-
-def attempt_of(
-    variation: MotionVariation, swing: ArmMotion, result: RolloutResult, correction_m: float = 0.0
-) -> Attempt:
-    """Return the attempt at ``variation``, whose motion is ``swing``, with the ``result`` of its rollout."""
-    flight = None
-    if result.flight_s is not None:
-        start, end = ((t_s / variation.tau_scale - swing.lead_in_s) / swing.plan.duration_s for t_s in result.flight_s)
-        flight = (start, end)
-    return Attempt(
-        variation,
-        result.caught,
-        result.signed_miss_m,
-        result.side_miss_m,
-        result.apex_m,
-        flight,
-        swing_slack_s=result.swing_slack_s,
-        correction_m=correction_m,
-    )

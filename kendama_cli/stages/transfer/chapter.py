@@ -20,8 +20,8 @@ from kendama_cli.report.tables import number
 from kendama_cli.report.thumbnails import thumbnails
 from kendama_cli.report.tracks import Array, Geometry, Path2D, catch_time_s, last_start_s, pair
 from kendama_cli.schema.foxglove import FrameTransform
-from kendama_cli.stages.transfer.messages import GameMessage, TransferStepMessage
-from kendama_cli.stages.transfer.performance import ahead, error_over_time_panel, shown_game
+from kendama_cli.stages.transfer.messages import GameMessage, ImitationMessage, TransferStepMessage
+from kendama_cli.stages.transfer.performance import ahead, aim_panel, error_over_time_panel, shown_game
 
 _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught", "caught"))
 
@@ -117,15 +117,22 @@ def _one_game(log: StageLog) -> list[Figure]:
 
 
 def _imitated(log: StageLog) -> list[Figure]:
+    """Return the last attempt at the imitated swing, and the misses of all attempts."""
     imitated = log.metrics.get("imitation_caught")
     ended = "" if imitated is None else "; it was caught" if imitated else "; it was missed"
-    return figure(
+    panels = [_imitation(log), aim_panel(log.table("/transfer/imitation/rollout", ImitationMessage))]
+    lag_s = log.metrics.get("servo_lag_s")
+    lags = f" The arm lags {lag_s:.2f} s, by which later commands lead." if isinstance(lag_s, float) and lag_s else ""
+    captions = lettered(
+        panels,
         [
             f"The imitated swing on {robot_of(log.settings)} in the swing plane, until shortly after the ball crossed"
-            f" the rim plane{ended}. Marks every 60 ms."
+            f" the rim plane{ended}. Marks every 60 ms.",
+            "Distance of the ball from the planned cup in each attempt, along x and y; filled: caught. At the lower"
+            f" edge the ball never came over the rim.{lags}",
         ],
-        [_imitation(log)],
     )
+    return figure(captions, panels)
 
 
 def _path(log: StageLog, paths: tuple[Path2D, Path2D] | None) -> Panel | None:

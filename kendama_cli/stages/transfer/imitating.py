@@ -2,18 +2,42 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from kendama_cli.adaptation.aim import Aim, Miss
+from kendama_cli.adaptation.settings import CorrectionSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.control.flight_observer import WatchedFlight
 from kendama_cli.control.game_runner import GameRunner
-from kendama_cli.control.imitation import VisualImitation, fitted, play_motion, tau_scales_to_try
+from kendama_cli.control.imitation import Played, VisualImitation, fitted, play_motion
 from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.devices.robot.leading import LeadingRobot
+from kendama_cli.errors import StageError
 from kendama_cli.identification.servo import servo_of
 from kendama_cli.robot_model.model import RobotModel
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.stages.transfer import trace
-from kendama_cli.stages.transfer.progress import Progress, RopeFitFigures
+from kendama_cli.stages.transfer.messages import ImitationMessage
+from kendama_cli.stages.transfer.progress import AttemptFigures, Progress, RopeFitFigures
 from kendama_cli.stages.transfer.session import TransferSession
+
+if TYPE_CHECKING:  # it needs the simulator, which a policy alone does not
+    from kendama_cli.stages.transfer.aiming import ImitationAims
+
+HALVINGS = 4
+"""A change of the motion that is not safe is halved so often, then left out."""
+
+
+def imitation_over(progress: Progress, settings: TransferSettings) -> bool:
+    """Return True if nothing is left to play: caught and repeated, or attempted as often as allowed, or given up."""
+    if any(progress.imitation):
+        return len(progress.repeats) >= settings.imitation_repeats
+    return progress.aim_failed or len(progress.attempts) >= settings.imitation_attempts
 
 
 class ImitationSession:
@@ -36,43 +60,123 @@ class ImitationSession:
         self._settings, self._arm, self._leading = settings, arm, leading
         leading.lead(progress.servo)
 
-    def imitate(self, motion: CatchMotion, around: Surroundings) -> None:
-        """Play the imitation motion, fitted to the rope, until it catches; at slightly other tau after a miss.
+    def imitate(self, motion: CatchMotion, around: Surroundings, aims: ImitationAims | None) -> None:
+        """Play the imitation motion, fitted to the rope, until it catches, aimed by what was missed before.
 
-        Then play it again at the tau that caught, to tell how often it does.
+        Without ``aims`` it is played as planned. After a catch that motion is played again, to tell how often it does.
         """
-        progress, settings = self._progress, self._settings
-        attempted = progress.imitation
-        tau_scales = tau_scales_to_try(settings.imitation_tau_step, settings.imitation_attempts)
-        if len(attempted) == len(tau_scales) and not any(attempted):
+        if imitation_over(self._progress, self._settings):
             return
-        if any(attempted) and len(progress.repeats) >= settings.imitation_repeats:
-            return
-        game, seed = around.game, int(progress.rng("rope", 0).integers(2**63))
+        progress, game = self._progress, around.game
+        seed = int(progress.rng("rope", 0).integers(2**63))
         known = None if progress.rope_fit is None else progress.rope_fit.rope_scale
         fit = fitted(self._runner.robot, motion, around, seed=seed, rope_scale=known)
         progress.rope_fit = RopeFitFigures(fit.rope_scale, fit.resized)
-        tau_scales = around.playable(fit.joints, tau_scales)
-        seen = None
-        if around.adapt.catch == "visual":
-            watched = WatchedFlight(self._runner.observer.without_goal())
-            seen = VisualImitation(watched, self._arm, fit.correction, game.cup.rim_m, follow_from_s(motion))
-        while not any(attempted) and len(attempted) < len(tau_scales):
-            tau_scale = tau_scales[len(attempted)]
-            self._imitate_once(fit.joints, tau_scale, "imitation", attempted, seen)
-        while any(attempted) and len(progress.repeats) < settings.imitation_repeats:
-            self._imitate_once(fit.joints, tau_scales[attempted.index(True)], "repeat", progress.repeats, seen)
+        planned = _Playable(None, fit.joints, fit.correction, follow_from_s(motion))
+        attempts = _Attempts(planned, aims, around, fit.rope_scale if fit.resized else 1.0)
+        while not imitation_over(progress, self._settings):
+            caught = [one for one in progress.attempts if one.caught]
+            if caught:
+                playable = attempts.again(caught[0])
+                self._play(playable, "repeat", len(progress.repeats), game, around.adapt.catch == "visual")
+                continue
+            chosen = attempts.next(progress.attempts)
+            progress.aim_failed = chosen is None
+            if chosen is not None:
+                self._play(chosen, "imitation", len(progress.attempts), game, around.adapt.catch == "visual")
 
-    def _imitate_once(
-        self, joints: JointTrajectory, tau_scale: float, phase: str, results: list[bool], seen: VisualImitation | None
-    ) -> None:
-        """Play once and append to ``results`` whether it caught."""
-        seed = int(self._progress.rng(phase, len(results)).integers(2**63))
-        played = play_motion(self._runner.robot, joints, tau_scale=tau_scale, seed=seed, seen=seen)
-        timed = trace.timed(played.exchanges, self._progress.clock_s)
+    def _play(self, chosen: _Playable, phase: str, index: int, game: GameSettings, visual: bool) -> None:
+        """Play ``chosen`` once, and log and keep what came of it."""
+        progress, runner, arm = self._progress, self._runner, self._arm
+        seed = int(progress.rng(phase, index).integers(2**63))
+        seen = None
+        if visual:
+            watched = WatchedFlight(runner.observer.without_goal())
+            seen = VisualImitation(watched, arm, chosen.correction, game.cup.rim_m, chosen.from_s)
+        played = play_motion(runner.robot, chosen.joints, tau_scale=1.0, seed=seed, seen=seen)
+        timed = trace.timed(played.exchanges, progress.clock_s)
         messages = [*self._session.scene(timed, under="/transfer/imitation"), *self._session.exchanges(timed)]
-        results.append(played.caught(self._arm, self._runner.game))
-        if self._progress.servo is None:
-            self._progress.servo = servo_of(self._arm, played.exchanges, self._runner.robot.period_s)
-            self._leading.lead(self._progress.servo)
-        self._session.finish(messages, played.exchanges[-1].t_s, phase=phase, caught=int(results[-1]))
+        caught = played.caught(arm, runner.game)
+        if phase == "repeat":
+            progress.repeats.append(caught)
+        else:
+            missed = played.miss_m(arm, runner.game, from_plan=visual)
+            figures = self._figures(chosen, caught, missed, played.apex_m - game.cup.rim_m)
+            progress.attempts.append(figures)
+            messages.append(("/transfer/imitation/rollout", timed[-1][0], attempt_message(index, figures)))
+            self._identify(played)
+        self._session.finish(messages, played.exchanges[-1].t_s, phase=phase, caught=int(caught))
+
+    def _figures(self, chosen: _Playable, caught: bool, missed: Miss | None, apex_m: float) -> AttemptFigures:
+        aim = chosen.aim
+        return AttemptFigures(
+            along_m=None if aim is None else aim.along_m,
+            shift_m=(0.0, 0.0) if aim is None else aim.shift_m,
+            caught=caught,
+            miss_m=missed,
+            apex_m=apex_m,
+            led=self._progress.servo is not None,
+        )
+
+    def _identify(self, played: Played) -> None:
+        """Find the servo where it is not known yet; attempts before it count for the aim only if it changes nothing."""
+        progress = self._progress
+        if progress.servo is not None:
+            return
+        progress.servo = servo_of(self._arm, played.exchanges, self._runner.robot.period_s)
+        self._leading.lead(progress.servo)
+        if progress.servo is None or progress.servo.follows:
+            progress.attempts = [dataclasses.replace(one, led=True) for one in progress.attempts]
+
+
+@dataclass(frozen=True)
+class _Playable:
+    """Motion that is safe to play, with the aim that it is for, None as planned, and the bounds of its visual catch."""
+
+    aim: Aim | None
+    joints: JointTrajectory
+    correction: CorrectionSettings
+    from_s: float
+
+
+@dataclass(frozen=True)
+class _Attempts:
+    """Choice of the attempts about the ``planned`` motion on a rope ``rope_scale`` times the model's."""
+
+    planned: _Playable
+    aims: ImitationAims | None
+    around: Surroundings
+    rope_scale: float
+
+    def next(self, played: Sequence[AttemptFigures]) -> _Playable | None:
+        """Return the motion to play after the attempts ``played``; None where aiming has failed."""
+        told = [one for one in played if one.led]
+        if self.aims is None or not told:
+            return self.planned
+        aim = self.aims.next(told, self.rope_scale)
+        return None if aim is None else self._safe(self.aims, aim)
+
+    def again(self, one: AttemptFigures) -> _Playable:
+        """Return the motion of an attempt."""
+        if one.along_m is None or self.aims is None:
+            return self.planned
+        return self._safe(self.aims, Aim(one.along_m, one.shift_m))
+
+    def _safe(self, aims: ImitationAims, aim: Aim) -> _Playable:
+        """Return the motion of ``aim``, nearer to the planned one where links, table, room or limits ask for it."""
+        for halvings in range(HALVINGS):
+            try:
+                nearer, joints, tau_scale = aims.joints(aims.nearer(aim, halvings), self.rope_scale)
+                from_s = self.planned.from_s * tau_scale
+                correction, _ = self.around.correction(joints, from_s)
+            except StageError:
+                continue
+            return _Playable(nearer, joints, correction, from_s)
+        return self.planned
+
+
+def attempt_message(index: int, one: AttemptFigures) -> ImitationMessage:
+    """Return an attempt for the log."""
+    miss_x, miss_y = (math.nan, math.nan) if one.miss_m is None else one.miss_m
+    along_m = math.nan if one.along_m is None else one.along_m
+    return ImitationMessage(index, along_m, *one.shift_m, one.caught, miss_x, miss_y, one.apex_m, one.led)

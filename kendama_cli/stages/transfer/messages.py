@@ -63,6 +63,25 @@ class GameEstimateMessage:
     covariance_m2: Collection[float]
 
 
+@dataclass(frozen=True)
+class ImitationMessage:
+    """Attempt ``index`` at the imitation: its aim, where the ball came down (nan without a descent), and the outcome.
+
+    The aim is the miss along x that the model predicts for the motion, ``along_m``, and the shift of its goal in
+    flight; nan for the motion as planned. ``led`` is False before the arm's servo was known that led later attempts.
+    """
+
+    index: int
+    along_m: float
+    shift_x_m: float
+    shift_y_m: float
+    caught: bool
+    miss_x_m: float
+    miss_y_m: float
+    apex_m: float
+    led: bool
+
+
 TOPICS: Mapping[str, type] = {
     "/transfer/step": TransferStepMessage,
     "/transfer/rollout": RolloutMessage,
@@ -78,6 +97,7 @@ TOPICS: Mapping[str, type] = {
     "/transfer/game": GameMessage,
     "/transfer/replay": ReplayMessage,
     "/transfer/wrench": WrenchMessage,
+    "/transfer/imitation/rollout": ImitationMessage,
     "/transfer/imitation/links": FrameTransforms,
     "/transfer/imitation/cup": FrameTransform,
     "/transfer/imitation/ball": FrameTransform,

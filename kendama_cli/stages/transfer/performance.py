@@ -1,4 +1,4 @@
-"""Replay of a transfer in space, the game that a report shows, and the predictions in the games."""
+"""Replay of a transfer in space, the game that a report shows, misses of attempts, predictions in the games."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 import pandas as pd
+from matplotlib.ticker import MaxNLocator
 
+from kendama_cli.adaptation.aim import SHORT_M
 from kendama_cli.report.animation import Ahead
 from kendama_cli.report.figure import Panel
 from kendama_cli.report.origin import robot_of
@@ -14,7 +16,7 @@ from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.replay.camera_images import camera_images
 from kendama_cli.report.replay.performance import Expected, Performance, performance
 from kendama_cli.report.source import StageLog
-from kendama_cli.report.style import CUP, MUTED, OTHER
+from kendama_cli.report.style import CUP, MUTED, OTHER, PAPER, SERIES
 from kendama_cli.report.tracks import Array, Path2D, direction, last_start_s
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform
 from kendama_cli.stages.transfer.messages import GameEstimateMessage, GameMessage
@@ -86,6 +88,30 @@ def _has_images(log: StageLog, start_s: float, end_s: float) -> bool:
         bool(log.table(topic, CompressedImage)["t_s"].between(start_s, end_s).any())
         for topic in log.topics_under("/transfer/image/")
     )
+
+
+def aim_panel(attempts: pd.DataFrame) -> Panel | None:
+    """Draw the misses of the attempts at the imitated swing over their number."""
+    if attempts.empty:
+        return None
+    number = attempts["index"].to_numpy(np.int64) + 1
+    caught = attempts["caught"].to_numpy(bool)
+    with drawing("transfer-aim", "Miss of each attempt", width_in=3.4, height_in=2.6) as made:
+        axes = made.axes()[0]
+        axes.axhline(0, color=MUTED, lw=0.7, label="_no miss")
+        for name, colour in (("x", CUP), ("y", SERIES[1])):
+            miss_mm = 1e3 * attempts[f"miss_{name}_m"].to_numpy(np.float64)
+            known = np.isfinite(miss_mm)
+            shown = np.where(known, miss_mm, -1e3 * SHORT_M if name == "x" else 0.0)
+            axes.plot(number, shown, color=colour, lw=0.8, label=f"_{name}")
+            for which, face in ((caught, colour), (~caught, PAPER)):
+                label = name if which is caught or not caught.any() else f"_{name}"
+                axes.plot(number[which], shown[which], "o", color=colour, mfc=face, ms=5, label=label)
+        axes.set_xlabel("attempt")
+        axes.set_ylabel("miss [mm]")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        legend_above(axes)
+    return made.panel("Miss of each attempt")
 
 
 _BINS = 10

@@ -53,6 +53,30 @@ class RopeFitFigures:
     resized: bool
 
 
+@dataclass(frozen=True)
+class AttemptFigures:
+    """One attempt at the imitation: its aim (adaptation.aim), and what came of it in the world.
+
+    ``along_m`` is None for the motion as planned. ``miss_m`` is the ball beside the planned cup, None where it never
+    came down, ``apex_m`` its maximum height over the rim. ``led`` is False before the servo was known that led later
+    attempts.
+    """
+
+    along_m: float | None
+    shift_m: tuple[float, float]
+    caught: bool
+    miss_m: tuple[float, float] | None
+    apex_m: float
+    led: bool
+
+    @staticmethod
+    def of(numbers: Mapping[str, Any]) -> AttemptFigures:
+        """Return the attempt of JSON values."""
+        miss_m, (x, y) = numbers["miss_m"], numbers["shift_m"]
+        missed = None if miss_m is None else (float(miss_m[0]), float(miss_m[1]))
+        return AttemptFigures(**{**numbers, "shift_m": (float(x), float(y)), "miss_m": missed})
+
+
 Start = Literal["table", "scratch"]
 """Start of a learner on the hardware: the policy that was handed over (mostly a table), or nothing."""
 STARTS: tuple[Start, ...] = ("table", "scratch")
@@ -68,7 +92,8 @@ class Progress:
     def __init__(self, state: Mapping[str, Any], learn: LearnSettings, transfer: TransferSettings) -> None:
         self.before: list[bool] = list(state["before"])
         self.after: list[bool] = list(state["after"])
-        self.imitation: list[bool] = list(state["imitation"])
+        self.attempts = [AttemptFigures.of(one) for one in state["imitation"]]
+        self.aim_failed = bool(state["aim_failed"])
         self.repeats: list[bool] = list(state["repeats"])
         self.rope_fit = None if state["rope_fit"] is None else RopeFitFigures(**state["rope_fit"])
         self.servo = None if state["servo"] is None else _servo(state["servo"])
@@ -95,7 +120,14 @@ class Progress:
         if state is not None:
             return cls(state, learn, transfer)
         fresh: dict[str, Any] = {name: [] for name in _RESULTS}
-        fresh |= {"rope_fit": None, "servo": None, "clock_s": 0.0, "missed": 0, "seed": int(rng.integers(2**63))}
+        fresh |= {
+            "aim_failed": False,
+            "rope_fit": None,
+            "servo": None,
+            "clock_s": 0.0,
+            "missed": 0,
+            "seed": int(rng.integers(2**63)),
+        }
         fresh |= parted_state(begin_learner(learn, policy).state(), "table")
         fresh |= parted_state(begin_learner(learn).state(), "scratch")
         return cls(fresh, learn, transfer)
@@ -105,7 +137,8 @@ class Progress:
         saved: dict[str, Any] = {
             "before": list(self.before),
             "after": list(self.after),
-            "imitation": list(self.imitation),
+            "imitation": [dataclasses.asdict(one) for one in self.attempts],
+            "aim_failed": self.aim_failed,
             "repeats": list(self.repeats),
             "rope_fit": None if self.rope_fit is None else dataclasses.asdict(self.rope_fit),
             "servo": None if self.servo is None else _numbers(self.servo),
@@ -166,6 +199,11 @@ class Progress:
     def kept(self, handed_over: PolicyArtifact) -> PolicyArtifact:
         """Return the policy of the games: as it is now, or ``handed_over`` if learning made it worse."""
         return handed_over if self.reverted() else self.policy
+
+    @property
+    def imitation(self) -> list[bool]:
+        """Outcome of each attempt at the imitation: True where it was caught."""
+        return [one.caught for one in self.attempts]
 
     @property
     def count(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,10 +29,13 @@ from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.safety import SafetySettings
 from kendama_cli.stages.interface import Metric, StageContext, StageResult
-from kendama_cli.stages.transfer.imitating import ImitationSession
+from kendama_cli.stages.transfer.imitating import ImitationSession, imitation_over
 from kendama_cli.stages.transfer.progress import Progress
 from kendama_cli.stages.transfer.session import TransferSession
 from kendama_cli.vision.settings import PredictSettings
+
+if TYPE_CHECKING:
+    from kendama_cli.stages.transfer.aiming import ImitationAims
 
 
 class Transfer:
@@ -79,9 +82,12 @@ class Transfer:
         setup = self._setup if motion is None else self._setup.placed_at(motion.placement)
         builder = GameBuilder(setup)
         held: tuple[str, ...] = ()
+        aims = None
         if motion is not None:
             around = self._around(builder.arm, setup.game)
             _, held = around.correction(motion.joints, follow_from_s(motion))
+            if motion.caught and not imitation_over(progress, settings):
+                aims = _aims(setup, motion, around.adapt)
         seed = int(progress.rng("body", 0).integers(2**63))
         with open_robot(self._hardware, setup.robot, setup.game) as bare:
             leading = LeadingRobot(compensated(bare, given.get("identify")), builder.arm)
@@ -97,7 +103,7 @@ class Transfer:
                     session.show(setup.game, setup.cameras.camera if settings.observation.source == "cameras" else None)
                 try:
                     if motion is not None:
-                        imitation.imitate(motion, around)
+                        imitation.imitate(motion, around, aims)
                     session.evaluate(progress.before, policy, "before")
                     session.learn("table")
                     session.evaluate(progress.after, progress.policy, "after")
@@ -127,6 +133,13 @@ class Transfer:
                 "transfer's config in the pipeline; nothing was moved"
             )
         return Surroundings(arm, game, self._adapt, self._safety)
+
+
+def _aims(setup: GameSetup, motion: CatchMotion, adapt: AdaptSettings) -> ImitationAims:
+    """Simulate the motions that may be played after a miss; a motion that nothing caught as modelled has no aims."""
+    from kendama_cli.stages.transfer.aiming import ImitationAims  # noqa: PLC0415 - it needs the simulator
+
+    return ImitationAims(setup.robot, setup.game, motion, adapt)
 
 
 def _warnings(progress: Progress) -> Iterator[str]:

@@ -1,0 +1,134 @@
+"""Attempts at the imitation: what is played next, what counts for the aim, and what is safe."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Sequence
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from kendama_cli.adaptation.aim import Aim
+from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.control.settings import TransferSettings
+from kendama_cli.errors import StageError
+from kendama_cli.stages.transfer.imitating import _Attempts, _Playable, attempt_message, imitation_over
+from kendama_cli.stages.transfer.progress import AttemptFigures, Progress
+from tests.control.test_games import LEARN, TRANSFER
+from tests.stages.transfer.test_progress import POLICY
+
+MISSED = AttemptFigures(None, (0.0, 0.0), False, (-0.1, 0.02), 0.2, led=True)
+CAUGHT = dataclasses.replace(MISSED, along_m=0.1, shift_m=(0.01, 0.0), caught=True, miss_m=(0.0, 0.0))
+JOINTS = JointTrajectory(("a",), np.arange(3.0), *(np.zeros((3, 1)),) * 3)
+
+
+class FakeAims:
+    """Aims whose motions stand for their own ``along_m``; ``next`` moves by what was missed last."""
+
+    def next(self, played: Sequence[AttemptFigures], rope_scale: float) -> Aim | None:
+        last = played[-1]
+        return None if last.miss_m is None else Aim(-last.miss_m[0] / rope_scale)
+
+    def nearer(self, aim: Aim, halvings: int) -> Aim:
+        return Aim(aim.along_m / 2**halvings)
+
+    def joints(self, aim: Aim, rope_scale: float) -> tuple[Aim, JointTrajectory, float]:
+        return aim, dataclasses.replace(JOINTS, position_rad=np.full((3, 1), aim.along_m)), 1.1
+
+
+class FakeSurroundings:
+    """Room for motions up to ``room_m``."""
+
+    def __init__(self, room_m: float) -> None:
+        self.room_m = room_m
+
+    def correction(self, joints: JointTrajectory, from_s: float) -> tuple[str, tuple[str, ...]]:
+        if joints.position_rad.max() > self.room_m:
+            raise StageError("not safe")
+        return "kept", ()
+
+
+def attempts(room_m: float = 1.0, *, aims: Any = FakeAims()) -> _Attempts:
+    planned = _Playable(None, JOINTS, cast("Any", "planned"), 0.5)
+    return _Attempts(planned, aims, cast("Any", FakeSurroundings(room_m)), 1.0)
+
+
+def test_the_planned_motion_comes_first_and_again_once_the_servo_leads() -> None:
+    first = attempts().next([])
+    assert first is not None
+    assert first.aim is None
+    before = dataclasses.replace(MISSED, led=False)
+    chosen = attempts().next([before])
+    assert chosen is not None
+    assert chosen.aim is None, "what was missed before the servo was known says nothing of the motion"
+
+
+def test_a_miss_aims_the_next_attempt() -> None:
+    chosen = attempts().next([MISSED])
+    assert chosen is not None
+    assert chosen.aim == Aim(0.1)
+    assert chosen.joints.position_rad.max() == pytest.approx(0.1)
+    assert chosen.from_s == pytest.approx(0.55), "the visual catch begins at the stretched time"
+
+
+@pytest.mark.parametrize(("room_m", "expected_m"), [(0.06, 0.05), (0.03, 0.025)])
+def test_a_motion_that_is_not_safe_is_brought_nearer_to_the_plan(room_m: float, expected_m: float) -> None:
+    chosen = attempts(room_m).next([MISSED])
+    assert chosen is not None
+    assert chosen.aim == Aim(expected_m)
+
+
+def test_where_nothing_else_is_safe_the_plan_is_played() -> None:
+    chosen = attempts(0.001).next([MISSED])
+    assert chosen is not None
+    assert chosen.aim is None
+
+
+def test_aiming_that_has_failed_ends_the_attempts() -> None:
+    assert attempts().next([dataclasses.replace(MISSED, miss_m=None)]) is None
+
+
+def test_without_aims_the_plan_is_repeated() -> None:
+    chosen = attempts(aims=None).next([MISSED, MISSED])
+    assert chosen is not None
+    assert chosen.aim is None
+
+
+def test_what_caught_is_played_again() -> None:
+    assert attempts().again(CAUGHT).joints.position_rad.max() == pytest.approx(0.1)
+    assert attempts().again(MISSED).aim is None
+
+
+@functools.cache
+def settings() -> TransferSettings:
+    return dataclasses.replace(TRANSFER, imitation_attempts=3, imitation_repeats=2)
+
+
+def test_the_imitation_is_over_after_its_attempts_or_its_repeats_or_given_up() -> None:
+    progress = Progress.resumed(None, POLICY, LEARN, settings(), np.random.default_rng(1))
+    progress.attempts = [MISSED, MISSED]
+    assert not imitation_over(progress, settings())
+    progress.aim_failed = True
+    assert imitation_over(progress, settings())
+    progress.aim_failed, progress.attempts = False, [MISSED] * 3
+    assert imitation_over(progress, settings())
+    progress.attempts = [MISSED, CAUGHT]
+    assert not imitation_over(progress, settings())
+    progress.repeats = [True, False]
+    assert imitation_over(progress, settings())
+
+
+def test_attempts_survive_a_checkpoint() -> None:
+    progress = Progress.resumed(None, POLICY, LEARN, settings(), np.random.default_rng(1))
+    progress.attempts = [dataclasses.replace(MISSED, miss_m=None, led=False), CAUGHT]
+    again = Progress.resumed(progress.saved(), POLICY, LEARN, settings(), np.random.default_rng(2))
+    assert again.attempts == progress.attempts
+    assert again.imitation == [False, True]
+
+
+def test_a_ball_that_never_came_down_is_logged_as_nan() -> None:
+    message = attempt_message(2, dataclasses.replace(MISSED, miss_m=None))
+    assert (message.index, message.led) == (2, True)
+    assert np.isnan([message.miss_x_m, message.miss_y_m, message.along_m]).all()
