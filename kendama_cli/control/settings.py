@@ -105,7 +105,7 @@ class TransferSettings:
         above=0,
     )
     imitation_repeats: int = setting(
-        "The tau that caught is played this many times more, which gives imitation_caught_rate.", at_least=0
+        "The motion that caught is played this many times more, which gives imitation_caught_rate.", at_least=0
     )
     games: int = setting("Number of full games: swing-up, flight and catch.", above=0)
     log_period_s: float = setting("Steps, joints and transforms are logged at this interval [s].", above=0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -60,10 +60,11 @@ class ImitationSession:
         self._settings, self._arm, self._leading = settings, arm, leading
         leading.lead(progress.servo)
 
-    def imitate(self, motion: CatchMotion, around: Surroundings, aims: ImitationAims | None) -> None:
+    def imitate(self, motion: CatchMotion, around: Surroundings, aims: Callable[[], ImitationAims] | None) -> None:
         """Play the imitation motion, fitted to the rope, until it catches, aimed by what was missed before.
 
-        Without ``aims`` it is played as planned. After a catch that motion is played again, to tell how often it does.
+        ``aims`` simulates the motions that an aim chooses among, at the first miss; without it the motion is played as
+        planned. After a catch that motion is played again, to tell how often it does.
         """
         if imitation_over(self._progress, self._settings):
             return
@@ -144,7 +145,7 @@ class _Attempts:
     """Choice of the attempts about the ``planned`` motion on a rope ``rope_scale`` times the model's."""
 
     planned: _Playable
-    aims: ImitationAims | None
+    aims: Callable[[], ImitationAims] | None
     around: Surroundings
     rope_scale: float
 
@@ -153,14 +154,15 @@ class _Attempts:
         told = [one for one in played if one.led]
         if self.aims is None or not told:
             return self.planned
-        aim = self.aims.next(told, self.rope_scale)
-        return None if aim is None else self._safe(self.aims, aim)
+        aims = self.aims()
+        aim = aims.next(told, self.rope_scale)
+        return None if aim is None else self._safe(aims, aim)
 
     def again(self, one: AttemptFigures) -> _Playable:
         """Return the motion of an attempt."""
         if one.along_m is None or self.aims is None:
             return self.planned
-        return self._safe(self.aims, Aim(one.along_m, one.shift_m))
+        return self._safe(self.aims(), Aim(one.along_m, one.shift_m))
 
     def _safe(self, aims: ImitationAims, aim: Aim) -> _Playable:
         """Return the motion of ``aim``, nearer to the planned one where links, table, room or limits ask for it."""

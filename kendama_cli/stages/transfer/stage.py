@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -87,7 +88,9 @@ class Transfer:
             around = self._around(builder.arm, setup.game)
             _, held = around.correction(motion.joints, follow_from_s(motion))
             if motion.caught and not imitation_over(progress, settings):
-                aims = _aims(setup, motion, around.adapt)
+                aims = functools.cache(functools.partial(_aims, setup, motion, around.adapt))
+                if self._hardware.moves:  # a real arm is not left waiting after a miss
+                    aims()
         seed = int(progress.rng("body", 0).integers(2**63))
         with open_robot(self._hardware, setup.robot, setup.game) as bare:
             leading = LeadingRobot(compensated(bare, given.get("identify")), builder.arm)

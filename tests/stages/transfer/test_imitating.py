@@ -52,7 +52,7 @@ class FakeSurroundings:
 
 def attempts(room_m: float = 1.0, *, aims: Any = FakeAims()) -> _Attempts:
     planned = _Playable(None, JOINTS, cast("Any", "planned"), 0.5)
-    return _Attempts(planned, aims, cast("Any", FakeSurroundings(room_m)), 1.0)
+    return _Attempts(planned, None if aims is None else lambda: aims, cast("Any", FakeSurroundings(room_m)), 1.0)
 
 
 def test_the_planned_motion_comes_first_and_again_once_the_servo_leads() -> None:
