@@ -92,6 +92,6 @@ def test_an_arm_of_ones_own_is_called_by_its_file_and_the_next_command_is_told(
     path = recordings / "urdf" / "kinova_gen3.urdf"
     code, out, _ = kendama(capsys, "robot", "describe", "robot=urdf", f"robot.path={path}")
     assert code == 0
-    assert out.startswith(f"kinova_gen3: {path}\n")
+    assert out.startswith(f"kinova_gen3: {path.resolve()}\n")
     placed = f"kendama robot place robot=urdf robot.path={path} -o conf/robot/kinova_gen3.yaml"
     assert out.endswith(f"can be simulated\nnext: {placed}\n")

@@ -58,7 +58,7 @@ def test_a_home_or_a_folder_that_is_not_utf_8_is_one_line(toy: ToyProject) -> No
 
 
 def test_a_home_of_a_user_who_is_not_there_is_a_folder_of_that_name(toy: ToyProject) -> None:
-    assert started(toy, "runs", "--home", "~nobody-of-this-name/x") == (0, [])
+    assert started(toy, "runs", "--home", "~nobody-of-this-name/x") == (0, ["home: ~nobody-of-this-name/x"])
 
 
 @pytest.mark.parametrize(

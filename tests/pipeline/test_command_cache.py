@@ -280,7 +280,7 @@ def test_help_imports_the_parser_and_nothing_that_does_the_work(
     beside = {name for name in found if name.startswith("kendama_cli.") and not name.startswith("kendama_cli.cli")}
     light = {"config", "config.site", "errors", "schema", "schema.json_text", "store", "store.durable"}
     light |= {"schema.parts", "schema.registry", "system", "system.choice", "system.group", "system.interface"}
-    parts = {name for name in beside if re.fullmatch(r"kendama_cli\.plugins(\.\w+(\.commands)?)?", name)}
+    parts = {name for name in beside if re.fullmatch(r"kendama_cli\.plugins(\.\w+){0,2}(\.commands)?", name)}
     assert beside - parts <= {f"kendama_cli.{name}" for name in light}
 
 

@@ -16,17 +16,17 @@ class MujocoHardware:
     moves: ClassVar[bool] = False
 
     kind: Literal["mujoco"]
-    model: str = setting("model of the arm that 'robot' describes, with its actuators (MJCF)", file=True)
-    timestep_s: float = setting("step of MuJoCo, in place of the model's own [s]", above=0, at_most=0.002)
-    control_period_s: float = setting(
-        "one position command per period, held until the next; whole steps [s]", above=0, at_most=0.02
+    model: str = setting("MJCF model, with actuators, of the arm that 'robot' describes.", file=True)
+    timestep_s: float = setting("Time step of MuJoCo, in place of the model's own [s].", above=0, at_most=0.002)
+    control_period_s: float = setting("Period of one position command, in whole time steps [s].", above=0, at_most=0.02)
+    settle_s: float = setting("Before a rollout, the arm must come to rest within this time [s].", above=0, at_most=60)
+    silence_s: float = setting(
+        "The connection counts as lost when an answer takes longer and the process is gone [s].", above=0
     )
-    settle_s: float = setting("longest time in which the arm comes to rest before a rollout [s]", above=0, at_most=60)
-    silence_s: float = setting("an answer that takes longer, with no process there, is a broken line [s]", above=0)
-    rope_scale: float = setting("factor on the rope's length", above=0)
-    drag_scale: float = setting("factor on the air's force", at_least=0)
-    joint_noise_rad: float = setting("standard deviation of the joint angle readings [rad]", at_least=0)
-    ball_noise_m: float = setting("standard deviation of the tracked ball and cup, per axis [m]", at_least=0)
+    rope_scale: float = setting("Factor on the rope's length.", above=0)
+    drag_scale: float = setting("Factor on the air's force.", at_least=0)
+    joint_noise_rad: float = setting("Standard deviation of the joint angles read [rad].", at_least=0)
+    ball_noise_m: float = setting("Standard deviation of the tracked ball and cup, per axis [m].", at_least=0)
 
     def __post_init__(self) -> None:
         if not self.model:

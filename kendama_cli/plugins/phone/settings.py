@@ -14,13 +14,15 @@ from kendama_cli.schema.settings import setting
 class PhoneColumns:
     """Names of the columns of a table that no known app wrote; all null: found by their names."""
 
-    time: str | None = setting("time")
-    ax: str | None = setting("acceleration with gravity along the sensor's x")
-    ay: str | None = setting("the same along y")
-    az: str | None = setting("the same along z")
-    wx: str | None = setting("rotation rate about the sensor's x, in rad/s unless its name says deg/s")
-    wy: str | None = setting("the same about y")
-    wz: str | None = setting("the same about z")
+    time: str | None = setting("Name of the column of time.")
+    ax: str | None = setting("Name of the column of the acceleration along the sensor's x, gravity included.")
+    ay: str | None = setting("Name of the column of the acceleration along y.")
+    az: str | None = setting("Name of the column of the acceleration along z.")
+    wx: str | None = setting(
+        "Name of the column of the rotation rate about x. It is in rad/s unless its name says deg/s."
+    )
+    wy: str | None = setting("Name of the column of the rotation rate about y.")
+    wz: str | None = setting("Name of the column of the rotation rate about z.")
 
     def __post_init__(self) -> None:
         named = [key for key in ("time", "ax", "ay", "az", "wx", "wy", "wz") if getattr(self, key) is not None]
@@ -34,17 +36,22 @@ class PhoneCapture:
 
     columns: PhoneColumns
     plausible: PlausibleSettings
-    kind: Literal["phone"] = setting("a phone's inertial sensors, recorded by an app")
-    path: str | tuple[str, ...] | None = setting("zip, table, glob (FOLDER/*.csv) or list", file=True)
+    kind: Literal["phone"] = setting("The inertial sensors of a phone, recorded by an app.")
+    path: str | tuple[str, ...] | None = setting(
+        "Recording: a zip, a table, a glob such as FOLDER/*.csv, or a list of these.", file=True
+    )
     sign: Literal[1, -1] | None = setting(
-        "sign of the accelerations: -1 where rest reads -9.8 upwards (iOS, unless standardised); null: the app's own"
+        "Sign of the accelerations. -1 is for files in which rest reads -9.8 upwards (iOS, unless standardised). null "
+        "takes the sign of the app."
     )
     sensor_in_cup_m: tuple[float, float, float] = setting(
-        "vector from the cup's tie point to the sensor, in the axes of the upright cup: x in the swing plane, z up [m]"
+        "Vector from the cup's tie point to the sensor, in the axes of the upright cup: x in the swing plane, z up [m]."
     )
-    max_gap_s: float = setting("longest stretch without a sample that is bridged during a motion [s]", above=0)
+    max_gap_s: float = setting("During a motion, gaps in the samples up to this are bridged [s].", above=0)
     times: Literal["even", "stamps"] = setting(TIMES)
-    segments: Literal["auto", "one"] = setting("auto: several swings in a file are cut apart where the hand rests")
+    segments: Literal["auto", "one"] = setting(
+        "With 'auto', several swings of a file are cut apart where the hand rests; with 'one', all is one swing."
+    )
 
     def __post_init__(self) -> None:
         if not self.path:
