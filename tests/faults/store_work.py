@@ -93,7 +93,7 @@ def check(home: Path, told: list[str], damaged_before: frozenset[str] = frozense
 
 
 def files(home: Path) -> dict[str, bytes]:
-    """All files of ``home`` by path, but locks, Git's list, and checkpoints, whose numbers go on after a damaged one."""
+    """All files of ``home`` by path, but locks, Git's, and checkpoints, whose numbers go on after a damaged one."""
     found = {str(path.relative_to(home)): path for path in sorted(home.rglob("*")) if path.is_file()}
     kept = CheckpointFolder(home / "checkpoints" / "roll" / UNFINISHED)
     assert len(kept.files()) <= 3, "checkpoints pile up"  # two, and one that a kill kept from being deleted

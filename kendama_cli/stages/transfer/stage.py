@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -88,9 +88,7 @@ class Transfer:
             around = self._around(builder.arm, setup.game)
             _, held = around.correction(motion.joints, follow_from_s(motion))
             if motion.caught and not imitation_over(progress, settings):
-                aims = functools.cache(functools.partial(_aims, setup, motion, around.adapt))
-                if self._hardware.moves:  # a real arm is not left waiting after a miss
-                    aims()
+                aims = _aims(setup, motion, around.adapt, now=self._hardware.moves)
         seed = int(progress.rng("body", 0).integers(2**63))
         with open_robot(self._hardware, setup.robot, setup.game) as bare:
             leading = LeadingRobot(compensated(bare, given.get("identify")), builder.arm)
@@ -138,11 +136,17 @@ class Transfer:
         return Surroundings(arm, game, self._adapt, self._safety)
 
 
-def _aims(setup: GameSetup, motion: CatchMotion, adapt: AdaptSettings) -> ImitationAims:
-    """Simulate the motions that may be played after a miss; a motion that nothing caught as modelled has no aims."""
+def _aims(setup: GameSetup, motion: CatchMotion, adapt: AdaptSettings, *, now: bool) -> Callable[[], ImitationAims]:
+    """Return what simulates, once, the motions that may be played after a miss of ``motion``.
+
+    ``now``: at once, so that a real arm does not wait for it after a miss; else if there is one.
+    """
     from kendama_cli.stages.transfer.aiming import ImitationAims  # noqa: PLC0415 - it needs the simulator
 
-    return ImitationAims(setup.robot, setup.game, motion, adapt)
+    aims = functools.cache(lambda: ImitationAims(setup.robot, setup.game, motion, adapt))
+    if now:
+        aims()
+    return aims
 
 
 def _warnings(progress: Progress) -> Iterator[str]:
