@@ -28,7 +28,7 @@ from kendama_cli.learning.statistics import LearningCount
 from kendama_cli.schema.arrays import Array
 
 STILL = DrawnHarmonic(0.0, 0.0, 0.0)
-"""What is replayed before anything was sampled: the cup stays where it is."""
+"""Sample that is replayed before there is any: the cup stays where it is."""
 
 
 class HarmonicPolicy(BinActor):

@@ -113,7 +113,7 @@ PAPER, GRID = np.array([0.905, 0.91, 0.885]), np.array([0.66, 0.67, 0.66])
 """Linear light of the page's own tint and of the lines on the floor."""
 SQUARE_M = 0.25
 SHADOW = 0.34
-"""How much of the floor's light the lamps send together."""
+"""Fraction of the floor's light that the lamps send together."""
 _LINE_M, _FADE_M, _FAR_M = 0.004, (2.5, 5.5), 50.0
 
 

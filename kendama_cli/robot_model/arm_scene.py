@@ -23,7 +23,7 @@ from kendama_cli.schema.foxglove import FrameTransforms, SceneUpdate, Solid
 from kendama_cli.settings.game import CupSettings, GameSettings, HandleTie
 
 MOST_TRIANGLES = 1200
-"""Of one link; a finer mesh is thinned until it has no more."""
+"""Maximum number of triangles of one link; a finer mesh is thinned to it."""
 _COARSER = 1.25
 _STL_HEADER, _STL_TRIANGLE = 84, 50
 

@@ -20,7 +20,7 @@ from kendama_cli.motion.sampling import step_s
 OpenDemonstrators = Callable[[], Sequence[Demonstrator]]
 
 RATE_FRACTION = 0.05
-"""By so much the median rate of the samples may differ from the one that a live device states."""
+"""Ratio by which the median rate of the samples may differ from the one that a live device states."""
 
 
 def check_names(opened: OpenDemonstrators) -> None:

@@ -23,7 +23,7 @@ from kendama_cli.physics.rim_crossing import CATCH_SHARE, falls
 from kendama_cli.schema.arrays import Array
 
 GRAVITY_M_S2 = 9.81
-"""Where the person swung, on Earth; what a robot's game sets as its gravity is of no account here."""
+"""Gravity where the person swung, on Earth, whatever the robot's game sets."""
 STEP_S = 4e-3
 ROPES_M = (0.32, 0.34, 0.36, 0.38, 0.40, 0.42)
 """The strings of kendamas, of small ones to those of robots' laboratories."""

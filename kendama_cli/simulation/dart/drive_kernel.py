@@ -230,7 +230,7 @@ class Drive:
         self.state[VELOCITY] = np.clip(velocity_rad_s, -np.minimum(down, fastest), np.minimum(up, fastest))
         self.state[MEAN] = self.state[VELOCITY]
         self.limited = False
-        """Whether the last sample was changed."""
+        """True if the last sample was changed."""
 
     def follow(self, position_rad: Array, velocity_rad_s: Array, acceleration_rad_s2: Array) -> Array:
         """Move on to the reference for the end of the coming period; returns the change (n,) of its mean speed.

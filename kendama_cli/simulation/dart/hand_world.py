@@ -124,11 +124,11 @@ class Swing:
     slack: Array
     """(n,): whether the rope is slack."""
     caught: bool
-    """Whether the ball lies in the cup at the end, and came into it as the catch of the path: see RolloutResult."""
+    """True if the ball lies in the cup at the end, and came into it as the catch of the path: see RolloutResult."""
     miss_m: float | None
-    """How far beside the cup's axis, along x, that descent reaches the rim's plane; None without one."""
+    """Distance along x from the cup's axis at which that descent reaches the rim's plane; None without one."""
     caught_later: bool
-    """Whether the ball lies in the cup otherwise: off the rim, or on a later descent."""
+    """True if the ball lies in the cup otherwise: off the rim, or on a later descent."""
 
 
 def carry_cup(

@@ -32,7 +32,7 @@ LET_GO_S = 60.0
 _SENDERS = 4
 """So many are answered at once, at most."""
 _LOOK_S = 0.5
-"""How often it is looked, at most, whether the commander still lives."""
+"""Shortest time between two checks that the commander still lives."""
 
 
 class Order(Enum):
