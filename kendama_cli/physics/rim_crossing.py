@@ -119,18 +119,20 @@ class SampledWays:
     def miss_m(self, game: GameSettings, since_s: float, rope_m: float = math.inf) -> tuple[float, float] | None:
         """Return x and y of the descent next to the catch that is planned from ``since_s`` on; None without one.
 
-        A descent on a rope of ``rope_m`` that may be taut does not count. A parabola through the last FITTED_S of the
+        A descent on a rope of ``rope_m`` that may be taut does not count, nor one that would reach the rim's plane
+        farther out than that: a ball that grazes the plane hardly falls. A parabola through the last FITTED_S of the
         fall takes the noise out of tracked places.
         """
         over = np.column_stack(over_rim((self.ball_m - self.cup_m).T, self.axis.T, game.cup.rim_m))
         height, profile = over[:, 2] - game.ball.radius_m, CupProfile.of(game.cup)
-        down = [
-            int(k)
+        places = {
+            int(k): self._at_rim(over, height, int(k))
             for k in np.flatnonzero(falls(height[:-1], height[1:]))
             if profile.path_length_m(over[k, 0], over[k, 1], over[k, 2] + game.cup.rim_m) <= TAUT_SHARE * rope_m
-        ]
+        }
+        down = [k for k, place in places.items() if math.hypot(*place) <= rope_m]
         which = planned_descent([float(self.t_s[k + 1]) for k in down], since_s)
-        return None if which is None else self._at_rim(over, height, down[which])
+        return None if which is None else places[down[which]]
 
     def _at_rim(self, over: Array, height: Array, k: int) -> tuple[float, float]:
         first = k

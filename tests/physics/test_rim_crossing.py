@@ -56,6 +56,20 @@ def test_a_sampled_fall_reaches_the_rim_where_its_parabola_does(
     assert max(errors) < bound_m
 
 
+@pytest.mark.parametrize("across_m_s", [0.5, 4.0])
+def test_a_ball_that_grazes_the_rims_plane_never_came_down_beyond_the_rope(across_m_s: float) -> None:
+    """It rises half a millimetre over the plane, so that it falls at 0.1 m/s there: 4 m/s would lead it 0.8 m away.
+
+    Within 10 %: the slope is that of the last sample before, at most one of the ten periods of the graze.
+    """
+    t = np.arange(0.0, 0.6, 0.001) + 0.0003
+    height = GAME.cup.rim_m + GAME.ball.radius_m + 5e-4 - 9.81 / 2 * (t - 0.3) ** 2
+    ball = np.column_stack([across_m_s * (t - 0.3), 0 * t, height])
+    ways = SampledWays(t, 0 * ball, np.tile(UP, (len(t), 1)), ball)
+    assert ways.miss_m(GAME, 0.0) == pytest.approx((across_m_s * (0.01 + GAME.ball.radius_m / 0.1), 0.0), rel=0.1)
+    assert (ways.miss_m(GAME, 0.0, GAME.rope.length_m) is None) == (across_m_s == 4.0)
+
+
 def test_the_planned_catch_is_sought_after_a_share_of_the_way() -> None:
     t = np.linspace(0.0, 2.0, 201)
     cup = np.column_stack([np.minimum(t, 1.0), 0 * t, 0 * t])
