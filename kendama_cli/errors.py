@@ -59,6 +59,11 @@ def install_line(extra: str) -> str:
     return f"pip install '.[{extra}]' in a checkout of kendama"
 
 
+def no_pyarrow(place: str, instead: str) -> MissingPartError:
+    """Return the error of a Parquet file without pyarrow; ``instead`` says what to do without it."""
+    return MissingPartError("pyarrow", f"{place}: Parquet needs pyarrow; {install_line('parquet')}, {instead}")
+
+
 class StageError(KendamaError):
     """A stage could not do its work with valid input; nothing that was finished is lost."""
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.errors import KendamaError, install_line
+from kendama_cli.errors import KendamaError, MissingPartError, install_line
 from kendama_cli.pipeline.record import versions
 from kendama_cli.robot_model.display import SONAMES
 from kendama_cli.schema.registry import declared, groups, resolve
@@ -36,7 +36,6 @@ REQUIRED = {
     "numba": "numba",
     "opencv-python-headless": "cv2",
     "pandas": "pandas",
-    "pyarrow": "pyarrow.parquet",
     "mcap": "mcap.reader",
     "foxglove-schemas-protobuf": "foxglove_schemas_protobuf.PoseInFrame_pb2",
     "protobuf": "google.protobuf.json_format",
@@ -53,6 +52,7 @@ REQUIRED = {
 }
 EXTRAS = {
     "starlette": ("starlette", f"kendama play: {install_line('play')}"),
+    "pyarrow": ("pyarrow.parquet", f"tables in Parquet: {install_line('parquet')}"),
     "obstore": ("obstore", f"store.remote=s3://bucket/prefix: {install_line('remote')}"),
     "distributed": ("distributed", f"--on dask, --on slurm: {install_line('dask')}"),
     "gymnasium": ("gymnasium", f"the learning environment for others' agents: {install_line('gym')}"),
@@ -101,6 +101,8 @@ def _declared() -> list[Part]:
                 targets[f"{group} {name}"] = _named(declaration)
                 if needs := getattr(declaration, "needs", ""):
                     outer[f"{group} {name}"] = f"needs {needs}"
+            except MissingPartError as error:
+                outer[f"{group} {name}"] = str(error)
             except KendamaError as error:
                 broken[f"{group} {name}"] = str(error)
     for key, problem in _problems(targets).items():

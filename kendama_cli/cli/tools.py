@@ -155,7 +155,10 @@ def log_export(
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", metavar="PATH", help="FILE.parquet or FILE.csv [the log's or stage's name .parquet]."
+            "-o",
+            "--output",
+            metavar="PATH",
+            help="FILE.csv, FILE.parquet, a folder [the log's or stage's name .csv].",
         ),
     ] = None,
     topic: Annotated[str | None, typer.Option(metavar="TOPIC", help="Only this topic.")] = None,
@@ -171,9 +174,9 @@ def log_export(
     fps: Annotated[int, typer.Option(min=1, max=1000, help="Frames per second of a dataset.")] = 50,
     home: Home = None,
 ) -> None:
-    """Export an MCAP log to Parquet or CSV, or as a LeRobot dataset.
+    """Export an MCAP log to CSV or Parquet, or as a LeRobot dataset.
 
-    Example: kendama log export learn -o learn.parquet
+    Example: kendama log export learn -o learn.csv
     """
     from kendama_cli.pipeline.log_export import ExportRequest, exporter
 

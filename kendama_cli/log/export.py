@@ -9,17 +9,12 @@ from __future__ import annotations
 
 import base64
 import json
-import math
-from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import pyarrow as pa
-import pyarrow.csv
-import pyarrow.parquet
 
-from kendama_cli.errors import InputError, StoreError, UsageError
+from kendama_cli.errors import InputError, StoreError, UsageError, no_pyarrow
 from kendama_cli.log.reader import LogFile
 
 SUFFIXES = (".parquet", ".csv")
@@ -31,12 +26,12 @@ def describe(path: Path | str) -> dict[str, Any]:
 
 
 def export(path: Path | str, out: Path | str | None = None, topic: str | None = None) -> list[Path]:
-    """Export the log ``path`` and return the files written; ``out`` defaults to the log's name with .parquet here.
+    """Export the log ``path`` and return the files written; ``out`` defaults to the log's name with .csv here.
 
     Raises InputError for a log that cannot be read, UsageError for a suffix that is neither .parquet nor .csv, and
-    StoreError where ``out`` cannot be written.
+    StoreError where ``out`` cannot be written, and MissingPartError for Parquet without the extra ``parquet``.
     """
-    target = Path(out) if out is not None else Path(f"{Path(path).stem}.parquet")
+    target = Path(out) if out is not None else Path(f"{Path(path).stem}.csv")
     folder = target.is_dir() or not target.suffix
     if not folder and target.suffix.lower() not in SUFFIXES:
         raise UsageError(
@@ -49,7 +44,7 @@ def export(path: Path | str, out: Path | str | None = None, topic: str | None = 
     tables = {name: _table(log, name) for name in topics}
     try:
         if not folder:
-            return [_write(_union(list(tables.values())), target)]
+            return [_write(pd.concat(tables.values(), ignore_index=True), target)]
         target.mkdir(parents=True, exist_ok=True)
         return [
             _write(table, target / f"{name.strip('/').replace('/', '_') or 'root'}.parquet")
@@ -59,56 +54,38 @@ def export(path: Path | str, out: Path | str | None = None, topic: str | None = 
         raise StoreError(str(target), f"cannot write '{target}': {wrong.strerror or wrong}") from None
 
 
-def _table(log: LogFile, topic: str) -> pa.Table:
-    """Return one topic as an Arrow table with its name in front; values that Arrow has no type for become JSON text."""
+def _table(log: LogFile, topic: str) -> pd.DataFrame:
+    """Return one topic with its name in front; whole numbers stay whole where another topic lacks the field."""
     frame = log.table(topic)
     if "topic" in frame:
         frame = frame.rename(columns={"topic": "message.topic"})
     frame.insert(0, "topic", topic)
-    columns = {}
-    for name in frame.columns:
-        values = frame[name]
-        try:
-            columns[str(name)] = pa.Array.from_pandas(values)
-        except (pa.ArrowInvalid, pa.ArrowTypeError, pa.ArrowNotImplementedError):
-            columns[str(name)] = pa.array([_text(value) for value in values], pa.string())
-    return pa.table(columns)
+    nullable = {"i": "Int64", "u": "UInt64", "b": "boolean"}
+    return frame.astype({name: nullable[kind] for name in frame if (kind := frame[name].dtype.kind) in nullable})
 
 
-def _union(tables: list[pa.Table]) -> pa.Table:
-    """Return all rows under one another; a field that has different types in different topics becomes text."""
-    try:
-        return pa.concat_tables(tables, promote_options="permissive")
-    except (pa.ArrowInvalid, pa.ArrowTypeError):
-        kinds: dict[str, set[str]] = {}
-        for table in tables:
-            for column in table.schema:
-                kinds.setdefault(column.name, set()).add(str(column.type))
-        mixed = {name for name, types in kinds.items() if len(types) > 1}
-        return pa.concat_tables([_as_text(table, mixed) for table in tables], promote_options="permissive")
-
-
-def _as_text(table: pa.Table, names: Collection[str]) -> pa.Table:
-    for number, name in enumerate(table.column_names):
-        if name in names:
-            text = pa.array([_text(value) for value in table.column(number).to_pylist()], pa.string())
-            table = table.set_column(number, name, text)
-    return table
-
-
-def _write(table: pa.Table, target: Path) -> Path:
+def _write(frame: pd.DataFrame, target: Path) -> Path:
     if target.suffix.lower() == ".csv":
-        nested = [c.name for c in table.schema if pa.types.is_nested(c.type) or pa.types.is_binary(c.type)]
-        pyarrow.csv.write_csv(_as_text(table, nested), target)
-    else:
-        pyarrow.parquet.write_table(table, target, compression="zstd")
+        _as_text(frame).to_csv(target, index=False)
+        return target
+    try:
+        frame.to_parquet(target, engine="pyarrow", compression="zstd", index=False)
+    except ImportError:
+        raise no_pyarrow(f"'{target}'", "or name the file .csv") from None
+    except (ValueError, TypeError, NotImplementedError):  # Arrow has no type for values of several kinds
+        _as_text(frame).to_parquet(target, engine="pyarrow", compression="zstd", index=False)
     return target
 
 
-def _text(value: Any) -> str | None:
-    """Return the JSON of a list or dict, base64 of bytes, nothing for nothing."""
-    if value is None or value is pd.NA or (isinstance(value, float) and math.isnan(value)):
-        return None
+def _as_text(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the table with JSON in the place of lists, and base64 in the place of bytes."""
+    frame = frame.copy()
+    for name in frame.select_dtypes(object):
+        frame[name] = frame[name].map(_text, na_action="ignore")
+    return frame
+
+
+def _text(value: Any) -> str:
     if isinstance(value, bytes):
         return base64.b64encode(value).decode()
     return value if isinstance(value, str) else json.dumps(value, default=_text)

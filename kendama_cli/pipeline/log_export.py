@@ -47,7 +47,7 @@ def exporter(form: str) -> Exporter:
 
 def export_table(request: ExportRequest) -> list[Path]:
     """Write the log as Parquet or CSV: see ``kendama_cli.log.export``."""
-    from kendama_cli.log.export import export  # noqa: PLC0415 - pandas and pyarrow
+    from kendama_cli.log.export import export  # noqa: PLC0415 - pandas
 
-    output = request.output or Path(f"{Path(request.place).stem}.parquet")
+    output = request.output or Path(f"{Path(request.place).stem}.csv")
     return export(log_path(request.home, request.place), output, request.topic)

@@ -1,10 +1,12 @@
 """Exports: one table per file with the topic in front, one file per topic in a folder, errors in one line."""
 
+import sys
+
 import numpy as np
 import pandas as pd
 import pytest
 
-from kendama_cli.errors import InputError, StoreError, UsageError
+from kendama_cli.errors import InputError, MissingPartError, StoreError, UsageError
 from kendama_cli.log.export import export
 from kendama_cli.log.reader import LogFile
 from kendama_cli.schema.foxglove import CompressedImage
@@ -60,13 +62,21 @@ def test_without_a_name_the_file_lands_in_the_current_folder(tmp_path, log_file,
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
     export(log_file)
-    assert (tmp_path / "here" / "log.parquet").exists()
+    assert (tmp_path / "here" / "log.csv").exists()
 
 
 def test_the_same_log_gives_the_same_bytes(tmp_path, log_file):
     for suffix in (".parquet", ".csv"):
         first, second = (export(log_file, tmp_path / f"{name}{suffix}")[0].read_bytes() for name in "ab")
         assert first == second
+
+
+def test_without_pyarrow_a_log_becomes_csv_and_parquet_says_what_to_install(tmp_path, log_file, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(MissingPartError, match=r"out.parquet': Parquet needs pyarrow; pip install '.\[parquet\]'"):
+        export(log_file, tmp_path / "out.parquet")
+    rows = sum(len(LogFile(log_file).table(topic)) for topic in LogFile(log_file).topics)
+    assert len(export(log_file, tmp_path / "out.csv")[0].read_text().splitlines()) == rows + 1
 
 
 def test_an_unknown_suffix_an_absent_topic_and_a_full_place_are_reported(tmp_path, log_file):

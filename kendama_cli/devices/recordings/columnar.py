@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kendama_cli.devices.recordings.recording_format import NPZ, RecordingFormat
-from kendama_cli.errors import InputError
+from kendama_cli.errors import InputError, no_pyarrow
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,10 +28,13 @@ def columnar_texts(path: str, form: RecordingFormat) -> list[str]:
     """Return the table in the file, or in each episode of a LeRobot dataset, as CSV with a row of names.
 
     A column of vectors becomes a column for each number: by the names that the dataset gives, else by x, y, z or the
-    index. Raises InputError for a file that is damaged, too large, or holds no table of numbers.
+    index. Raises InputError for a file that is damaged, too large, or holds no table of numbers; MissingPartError
+    for Parquet without pyarrow.
     """
     try:
         frames = [_npz(Path(path))] if form is NPZ else _parquet(Path(path))
+    except ImportError:
+        raise no_pyarrow(path, f"or {REMEDY}") from None
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, MemoryError) as wrong:
         reason = " ".join(str(wrong).split())[:200] or type(wrong).__name__
         raise InputError(path, f"cannot be read as {form.name} ({reason})", remedy=REMEDY) from None

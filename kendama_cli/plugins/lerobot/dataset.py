@@ -13,11 +13,15 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet
 
-from kendama_cli.errors import StoreError
+from kendama_cli.errors import StoreError, no_pyarrow
 from kendama_cli.log.episode import Episodes
+
+try:
+    import pyarrow as pa
+    import pyarrow.parquet
+except ImportError:
+    raise no_pyarrow("--format lerobot", "or export tables as CSV") from None
 
 VERSION = "v3.0"
 _FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"

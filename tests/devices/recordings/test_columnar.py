@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import sys
 import zipfile
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import pytest
 from kendama_cli.devices.recordings.columnar import columnar_texts
 from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.devices.recordings.recording_format import NPZ, PARQUET
-from kendama_cli.errors import InputError
+from kendama_cli.errors import InputError, MissingPartError
 
 
 def test_vectors_become_columns_by_axis(tmp_path: Path) -> None:
@@ -44,6 +45,13 @@ def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
     (tmp_path / "a.npz").write_bytes(made.getvalue())
     with pytest.raises(InputError, match="900 MB unpacked; allowed: 700"):
         columnar_texts(str(tmp_path / "a.npz"), NPZ)
+
+
+def test_without_pyarrow_a_parquet_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pd.DataFrame({"t_s": [0.0]}).to_parquet(tmp_path / "a.parquet")
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(MissingPartError, match=r"Parquet needs pyarrow; pip install .* or export it as CSV"):
+        columnar_texts(str(tmp_path / "a.parquet"), PARQUET)
 
 
 def test_a_damaged_parquet_is_one_line(tmp_path: Path) -> None:
