@@ -7,17 +7,23 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.cli import render
+from kendama_cli.cli.limit_table import document_of, show_motion
+from kendama_cli.cli.pipeline_result import run_for
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
-from kendama_cli.errors import InputError
+from kendama_cli.errors import InputError, KendamaError
+from kendama_cli.motion.dmp.heading import scaled_plan
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.robot_model.composed import link_poses
 from kendama_cli.robot_model.description import Description, describe_arm
 from kendama_cli.robot_model.model import TOP_SPEED_WITHIN_S, RobotModel
+from kendama_cli.robot_model.placement.find_placement import PlacedMotion, measured
 from kendama_cli.settings.robot import RobotSettings
 
+PIPELINE = "imitation"
 COLUMNS = {
     "type": "type",
     "lower_rad": "lower",
@@ -32,7 +38,10 @@ COLUMNS = {
 
 
 def describe(site: Site, overrides: list[str], *, as_json: bool) -> int:
-    """Read the configured robot, show all that was read of it; the exit code is 2 where it cannot be simulated."""
+    """Read the configured robot, show all that was read of it; the exit code is 2 where it cannot be simulated.
+
+    Of an arm that stands somewhere (robot.home_rad) the demand of the configured swing is shown too.
+    """
     settings = build_settings(composed(site, overrides))
     robot, game = resolve_files(settings["robot"], "robot", site.data_roots), settings["game"]
     document: dict[str, Any] = {"robot": robot.called, "path": robot.path, "root_link": None, "joints": []}
@@ -43,13 +52,34 @@ def describe(site: Site, overrides: list[str], *, as_json: bool) -> int:
         RobotModel(robot, game.cup, game.gravity_m_s2)
     except InputError as error:
         document["refused"] = str(error)
+    swing: PlacedMotion | str | None = None
+    if document["refused"] is None and robot.home_rad is not None:
+        swing = _swing(site, robot, overrides, as_json=as_json)
     if as_json:
-        render.document(document)
+        render.document(document | {"swing": document_of(swing) if isinstance(swing, PlacedMotion) else swing})
     else:
         _show(document)
+        if isinstance(swing, PlacedMotion):
+            render.text("the swing at this placement, in fractions of the limits:")
+            show_motion(swing, settings["adapt"])
+        elif swing is not None:
+            render.prose(f"the swing at this placement: {swing}")
         if document["refused"] is None:
-            render.text(f"next: {place_command(robot, overrides)}")
+            fits = isinstance(swing, PlacedMotion) and swing.workable
+            run = shlex.join(["kendama", "run", "-p", PIPELINE, *overrides])
+            render.text(f"next: {run if fits else place_command(robot, overrides)}")
     return 0 if document["refused"] is None else InputError.exit_code
+
+
+def _swing(site: Site, robot: RobotSettings, overrides: list[str], *, as_json: bool) -> PlacedMotion | str:
+    """Return the demand of the swing that PIPELINE makes, or the reason why there is none."""
+    try:
+        made = run_for(MotionPlan, site, PIPELINE, overrides, as_json=as_json)
+        adapt = made.settings["adapt"]
+        plan = scaled_plan(made.artifact, adapt.swing_scale, adapt.tau_start)
+        return measured(robot, made.settings["game"], plan, adapt.lead_in_m_s2, adapt.tau_range[1])
+    except KendamaError as error:
+        return str(error)
 
 
 def place_command(robot: RobotSettings, overrides: list[str]) -> str:

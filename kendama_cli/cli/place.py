@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,18 +12,18 @@ import yaml
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.cli import render
 from kendama_cli.cli.describe import place_command
-from kendama_cli.cli.pipeline_result import run_for
+from kendama_cli.cli.limit_table import document_of, show_motion, size_command, size_words
+from kendama_cli.cli.pipeline_result import PipelineResult, run_for
 from kendama_cli.config.site import Site
-from kendama_cli.errors import UsageError
+from kendama_cli.errors import StageError, UsageError
 from kendama_cli.motion.dmp.heading import scaled_plan
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.robot_model.description import read_lines
 from kendama_cli.robot_model.placement.find_placement import PlacedMotion, find_placement, measured, require_workable
+from kendama_cli.robot_model.placement.smaller_game import SmallerGame, find_smaller_game
 from kendama_cli.settings.placement import placed
+from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.store.durable import write_file
-
-TURNS_DEG = 3600.0
-"""More than any arm turns between its stops."""
 
 
 @dataclass(frozen=True)
@@ -59,17 +57,21 @@ def place(site: Site, pipeline: str, overrides: list[str], options: PlaceOptions
 
     try:
         found = find_placement(robot, game, plan, lead_in, line=kept, effort=options.effort, progress=show_progress)
+        arm = placed(robot, found)
+        motion = measured(arm, game, plan, lead_in, adapt.tau_range[1])
+        smaller = None if motion.workable else _smaller(robot, plan, made, options, overrides)
+    except StageError as error:  # out of reach: perhaps not in a smaller game
+        told = size_words(_smaller(robot, plan, made, options, overrides), robot.called)
+        raise StageError(f"{error}; {told}") from None
     except SystemError as error:  # how compiled code that was interrupted ends
         raise KeyboardInterrupt from error
-    arm = placed(robot, found)
-    motion = measured(arm, game, plan, lead_in, adapt.tau_range[1])
     if options.as_json:
-        render.document(_document(motion))
+        render.document(document_of(motion) | {"smaller": smaller and document_of(smaller.motion)})
     else:
-        _show(motion)
+        show_motion(motion, adapt)
         for line in read_lines(arm):
             render.text(line)
-    require_workable(arm, motion)
+    require_workable(arm, motion, size_words(smaller, robot.called))
     if output is not None:
         _write(output, made.config["robot"] | {"name": output.stem}, motion)
         words = shlex.join(["kendama", "run", "-p", pipeline, *_others(overrides), f"robot={output.stem}"])
@@ -78,52 +80,27 @@ def place(site: Site, pipeline: str, overrides: list[str], options: PlaceOptions
         render.note(f"nothing is written; next: {place_command(robot, overrides)}")
 
 
+def _smaller(
+    robot: RobotSettings, plan: MotionPlan, made: PipelineResult, options: PlaceOptions, overrides: list[str]
+) -> SmallerGame | None:
+    """Return the smaller game that the arm can play, or nearly; show the command that places it for that."""
+    game, adapt = made.settings["game"], made.settings["adapt"]
+
+    def show_progress(size: float) -> None:
+        render.note(f"place: it does not fit; a game {size:g} times as large")
+
+    slowest = adapt.tau_range[1]
+    found = find_smaller_game(
+        robot, game, plan, adapt.lead_in_m_s2, slowest, effort=options.effort, progress=show_progress
+    )
+    if found is not None and found.motion.workable:
+        render.note(f"next: {size_command(found, game, adapt, overrides)}")
+    return found
+
+
 def _others(overrides: list[str]) -> list[str]:
     """Return the overrides that are not of the arm: its file holds them now."""
     return [one for one in overrides if one.partition("=")[0].partition(".")[0] != "robot"]
-
-
-def _rows(motion: PlacedMotion) -> list[dict[str, Any]]:
-    shares = motion.shares
-    columns = (shares.joint_names, shares.velocity, shares.acceleration, shares.effort, shares.to_stop_rad)
-    return [
-        {
-            "joint": name,
-            "speed": float(speed),
-            "acceleration": float(change),
-            "effort": float(effort),
-            "to_stop_deg": math.degrees(float(stop)),
-        }
-        for name, speed, change, effort, stop in zip(*columns, strict=True)
-    ]
-
-
-def _document(motion: PlacedMotion) -> dict[str, Any]:
-    return {
-        "placement": dataclasses.asdict(motion.placement),
-        "joints": _rows(motion),
-        "leading": [dataclasses.asdict(one) for one in motion.shares.leading],
-        "clearance": dataclasses.asdict(motion.clearance),
-        "min_tau_scale": motion.min_tau_scale,
-        "tau_scale": motion.tau_scale,
-    }
-
-
-def _show(motion: PlacedMotion) -> None:
-    leading = {(one.kind, one.joint) for one in motion.shares.leading}
-    rows = []
-    for row in _rows(motion):
-        shares = [
-            f"{row[kind]:.2f}{' <' if (kind, row['joint']) in leading else ''}"
-            for kind in ("speed", "acceleration", "effort")
-        ]
-        endless = row["to_stop_deg"] > TURNS_DEG  # a continuous joint has no stop
-        rows.append((row["joint"], *shares, "none" if endless else f"{row['to_stop_deg']:.0f} deg"))
-    render.table(rows, head=("joint", "speed", "acceleration", "effort", "to stop"))
-    clear = motion.clearance
-    render.text(f"peaks over limits at tau_scale {motion.tau_scale:.2f}; < leads")
-    render.text(f"clearance {1e3 * clear.gap_m:.0f} mm between {clear.parts} at {clear.t_s:.2f} s")
-    render.text(f"could be played down to tau_scale {motion.min_tau_scale:.2f}")
 
 
 def _write(output: Path, node: dict[str, Any], motion: PlacedMotion) -> None:

@@ -95,3 +95,24 @@ def test_an_arm_of_ones_own_is_called_by_its_file_and_the_next_command_is_told(
     assert out.startswith(f"kinova_gen3: {path.resolve()}\n")
     placed = f"kendama robot place robot=urdf robot.path={path} -o conf/robot/kinova_gen3.yaml"
     assert out.endswith(f"can be simulated\nnext: {placed}\n")
+
+
+def test_an_arm_that_stands_somewhere_is_told_what_the_swing_takes_of_each_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("KENDAMA_HOME", str(tmp_path))
+    code, out, _ = kendama(capsys, "robot", "describe", "robot=iiwa")
+    assert code == 0
+    table = out[out.index("the swing at this placement") :].splitlines()
+    assert table[1].split() == ["joint", "position", "speed", "acceleration", "effort", "to", "stop"]
+    rows = {line.split()[0]: [float(word) for word in line.replace("<", "").split()[1:5]] for line in table[2:9]}
+    assert set(rows) == {f"a{k}" for k in range(1, 8)}
+    assert max(max(shares) for shares in rows.values()) <= 1.0
+    assert any(line.startswith("tempo: fits from tau_scale 0.") for line in table)
+    assert table[-1] == "next: kendama run -p imitation robot=iiwa"
+    slow = "robot.velocity_rad_s=[0.5,0.5,0.5,0.5,0.5,0.5,0.5]"
+    code, out, _ = kendama(capsys, "robot", "describe", "robot=iiwa", slow, "--json")
+    swing = json.loads(out)["swing"]
+    assert not swing["fits"]
+    assert swing["leading"][0]["ratio"] > 1.0
+    assert swing["min_tau_scale"] > 1.25  # beyond adapt.tau_range

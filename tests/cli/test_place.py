@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -53,7 +54,7 @@ def test_the_node_that_is_written_is_the_placement_that_is_shown(tmp_path: Path)
 def test_the_table_names_every_joint_and_marks_who_leads(tmp_path: Path) -> None:
     done = kendama(tmp_path, "robot", "place", ONE, *BRIEF)
     head, *rows = done.stdout.splitlines()
-    assert head.split() == ["joint", "speed", "acceleration", "effort", "to", "stop"]
+    assert head.split() == ["joint", "position", "speed", "acceleration", "effort", "to", "stop"]
     assert [row.split()[0] for row in rows[:7]] == ["s1", "s2", "s3", "e1", "e2", "w1", "w2"]
     assert sum(row.count("<") for row in rows[:7]) == 3
     assert "clearance" in rows[8]
@@ -66,7 +67,7 @@ def test_the_table_names_every_joint_and_marks_who_leads(tmp_path: Path) -> None
     [
         # tests/stages/test_placed.py has this message from the stage
         pytest.param(5.0, 4.0, r"leaves the workspace of pa10: at ", marks=pytest.mark.slow),
-        (0.5, 0.35, r"the best placement found needs "),
+        (0.5, 0.35, r"the best placement found needs .* pa10 can play the game at no size down to 0.2: "),
     ],
 )
 def test_what_no_placement_can_do_is_told_in_one_line_and_nothing_is_written(
@@ -77,7 +78,7 @@ def test_what_no_placement_can_do_is_told_in_one_line_and_nothing_is_written(
     done = kendama(tmp_path, "robot", "place", file, *wide, *BRIEF, "-o", "mine.yaml", expect=1)
     said = [line for line in done.stderr.splitlines() if line.startswith("kendama: ")]
     assert len(said) == 1
-    assert message in said[0]
+    assert re.search(message, said[0]), said[0]
     assert not (tmp_path / "mine.yaml").exists()
 
 

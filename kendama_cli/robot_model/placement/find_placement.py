@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -31,7 +32,9 @@ SEED = 1
 SAMPLE_S = 0.02
 LINE_WEIGHT = 0.35
 """The line of the swing-up and the catch may need all of the limits where the motion needs this fraction of them."""
-WORKABLE = 1.0
+WORKABLE, ROUNDING = 1.0, 1e-6
+SLOWEST, TAU_RESOLUTION = 8.0, 0.005
+"""A motion so many times slower needs the efforts of rest, and how finely the minimum tau_scale is searched."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +45,14 @@ class PlacedMotion:
     shares: LimitRatios
     clearance: Clearance
     min_tau_scale: float
+    """within all limits; infinite where the arm cannot even rest"""
     tau_scale: float
     """at which the shares are"""
+
+    @property
+    def workable(self) -> bool:
+        """True if the motion keeps all limits and nothing collides."""
+        return self.clearance.gap_m >= 0 and self.shares.leading[0].ratio <= WORKABLE
 
 
 def current_placement(arm: RobotModel) -> Placement:
@@ -98,28 +107,46 @@ def measured(
     """
     arm = RobotModel(robot, game.cup, game.gravity_m_s2)
     swing = ArmMotion(arm, plan, lead_in_m_s2)
-    minimum = swing.min_tau_scale()
+    minimum = min_tau_scale(swing)
     tau = max(plan.tau_scale, min(minimum, slowest_tau))
     joints = swing.joints(tau, 0.0)
     clear = min_clearance(arm, game, joints, swing_rad=swing_heading_rad(plan))
     return PlacedMotion(current_placement(arm), limit_ratios(arm, joints), clear, minimum, tau)
 
 
-def require_workable(robot: RobotSettings, motion: PlacedMotion) -> None:
+def min_tau_scale(swing: ArmMotion) -> float:
+    """Return the minimum tau_scale within the limits of velocity, acceleration and effort.
+
+    It is infinite where the effort of a motion SLOWEST times slower, which is that of the arm's weight, is too much.
+    """
+
+    def ratio(tau: float) -> float:
+        return limit_ratios(swing.arm, swing.joints(tau, 0.0)).leading[0].ratio
+
+    low, high = swing.min_tau_scale(), SLOWEST * max(swing.min_tau_scale(), 1.0)
+    if ratio(low) <= WORKABLE + ROUNDING:
+        return low
+    if ratio(high) > WORKABLE:
+        return math.inf
+    while high / low > 1.0 + TAU_RESOLUTION:
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if ratio(middle) <= WORKABLE else (middle, high)
+    return high
+
+
+def require_workable(robot: RobotSettings, motion: PlacedMotion, remedy: str = "") -> None:
     """Raise StageError, naming the obstacle, where the motion is beyond a limit or something collides."""
+    if motion.workable:
+        return
     if motion.clearance.gap_m < 0:
-        raise StageError(
-            f"{robot.called}: the best placement found lets {motion.clearance.parts} overlap by "
-            f"{-1e3 * motion.clearance.gap_m:.0f} mm: make the motion smaller (adapt.swing_scale), or "
-            "robot.link_radius_m if "
-            "it is too wide"
-        )
-    first = motion.shares.leading[0]
-    if first.ratio > WORKABLE:
-        raise StageError(
-            f"{robot.called}: the best placement found needs {first}: "
+        obstacle = f"lets {motion.clearance.parts} overlap by {-1e3 * motion.clearance.gap_m:.0f} mm"
+        otherwise = "make the motion smaller (adapt.swing_scale), or robot.link_radius_m if it is too wide"
+    else:
+        obstacle = f"needs {motion.shares.leading[0]}"
+        otherwise = (
             "play the motion slower (adapt.tau_range), make it smaller (adapt.swing_scale), or choose another robot"
         )
+    raise StageError(f"{robot.called}: the best placement found {obstacle}: {remedy or otherwise}")
 
 
 def _out_of_reach(name: str, problem: PlacementProblem, place: Array) -> str:

@@ -40,9 +40,13 @@ class Leading:
 
 @dataclass(frozen=True)
 class LimitRatios:
-    """The peaks of a motion over the limits (n,), and how far each joint stays from its stops (n,) [rad]."""
+    """The peaks of a motion over the limits (n,), and how far each joint stays from its stops (n,) [rad].
+
+    ``position`` is the distance from the centre of a joint's range over half the range.
+    """
 
     joint_names: tuple[str, ...]
+    position: Array
     velocity: Array
     acceleration: Array
     effort: Array
@@ -76,7 +80,8 @@ def limit_ratios(arm: RobotModel, joints: JointTrajectory) -> LimitRatios:
     )
     speed, change, effort = (peak / limit for peak, limit in zip(peaks, limits, strict=True))
     doubts = tuple(map(arm.limit_doubt, UNITS))
-    return LimitRatios(arm.joint_names, speed, change, effort, to_stop, limits, doubts)
+    position = 1.0 - to_stop / ((arm.limits.upper_rad - arm.limits.lower_rad) / 2)
+    return LimitRatios(arm.joint_names, position, speed, change, effort, to_stop, limits, doubts)
 
 
 def efforts_nm(arm: RobotModel, joints: JointTrajectory) -> Array:

@@ -12,14 +12,17 @@ from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.errors import StageError
 from kendama_cli.motion.dmp.heading import CupPath, scaled_plan, turned_plan
 from kendama_cli.motion.dmp.primitive import play
+from kendama_cli.robot_model.arm_motion import ArmMotion
 from kendama_cli.robot_model.placement import find_placement as finding
 from kendama_cli.robot_model.placement.evolution import Minimum
 from kendama_cli.robot_model.placement.find_placement import (
     current_placement,
     find_placement,
     measured,
+    min_tau_scale,
     require_workable,
 )
+from kendama_cli.robot_model.placement.motion_check import limit_ratios
 from kendama_cli.robot_model.placement.placement_search import (
     IMPOSSIBLE,
     UNREACHED,
@@ -28,6 +31,7 @@ from kendama_cli.robot_model.placement.placement_search import (
     line_demands,
     motion_demand,
 )
+from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.placement import LineSettings, Placement, placed
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
@@ -125,6 +129,24 @@ def test_the_search_beats_the_posture_in_the_middle_of_the_ranges_and_nothing_co
     assert motion.shares.to_stop_rad.min() > 0.04
     assert motion.min_tau_scale < 1.0
     require_workable(bench_arm(), motion)
+
+
+def test_the_fastest_tempo_keeps_efforts_too_and_no_tempo_carries_an_arm_that_is_too_weak() -> None:
+    arm = modelled(bench_arm())
+    swing = ArmMotion(arm, PLAN, LEAD_IN)
+    needed = limit_ratios(arm, swing.joints(swing.min_tau_scale(), 0.0)).effort * arm.limits.effort_nm
+    rest = np.abs(arm.rigid_effort_nm(arm.home_rad, np.zeros(7), np.zeros(7)))
+
+    def fastest(effort_nm: Array) -> float:
+        weak = dataclasses.replace(bench_arm(), effort_nm=tuple(effort_nm.tolist()))
+        return min_tau_scale(ArmMotion(modelled(weak), PLAN, LEAD_IN))
+
+    assert fastest(1.02 * needed) == pytest.approx(swing.min_tau_scale(), rel=0.01)
+    weaker = fastest(0.9 * needed)
+    assert weaker > 1.01 * swing.min_tau_scale()
+    at_it = limit_ratios(arm, swing.joints(weaker, 0.0)).effort * arm.limits.effort_nm
+    assert (at_it / (0.9 * needed)).max() == pytest.approx(1.0, abs=0.01)
+    assert fastest(np.maximum(0.5 * rest, 1.0)) == math.inf
 
 
 def test_the_same_search_finds_the_same_placement() -> None:

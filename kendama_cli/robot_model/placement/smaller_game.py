@@ -1,0 +1,67 @@
+"""Size of a game that an arm can play where the game as it is asks too much of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from kendama_cli.artifacts.motion_plan import MotionPlan
+from kendama_cli.errors import StageError
+from kendama_cli.motion.dmp.heading import scaled_plan
+from kendama_cli.physics.similar_game import similar_game
+from kendama_cli.robot_model.placement.find_placement import PlacedMotion, find_placement, measured
+from kendama_cli.settings.game import GameSettings
+from kendama_cli.settings.placement import placed
+from kendama_cli.settings.robot import RobotSettings
+
+SIZES = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
+SEARCH_SHARE = 0.3
+"""Effort of the search at each size, beside that at the game's own."""
+
+
+@dataclass(frozen=True)
+class SmallerGame:
+    """The ``game`` and its ``motion`` at ``size`` times the lengths; tau is sqrt(size) times that of the whole game."""
+
+    size: float
+    game: GameSettings
+    motion: PlacedMotion
+
+
+def find_smaller_game(
+    robot: RobotSettings,
+    game: GameSettings,
+    plan: MotionPlan,
+    lead_in_m_s2: float,
+    slowest_tau: float,
+    *,
+    effort: float,
+    progress: Callable[[float], None],
+) -> SmallerGame | None:
+    """Return the largest similar game of SIZES that ``robot`` can play, else that which asks least of its limits.
+
+    Swing, rope, ball and cup shrink together, and tau by sqrt(size) (see similar_game): what catches in the whole game
+    then catches in the smaller one. A size counts where the limits are kept from halfway between the motion's own tau
+    and ``slowest_tau`` on, so that the search for the catch has some left. ``progress`` is called with each size.
+    Returns None where the arm reaches none of them.
+    """
+    best: SmallerGame | None = None
+    halfway = math.sqrt(plan.tau_scale * max(plan.tau_scale, slowest_tau))
+    for size in SIZES:
+        progress(size)
+        tempo, small = math.sqrt(size), similar_game(game, size)
+        swing = scaled_plan(plan, size, tempo * plan.tau_scale)
+        try:
+            found = find_placement(
+                robot, small, swing, lead_in_m_s2, line=None, effort=SEARCH_SHARE * effort, progress=lambda *_: None
+            )
+            motion = measured(placed(robot, found), small, swing, lead_in_m_s2, tempo * halfway)
+        except StageError:  # out of reach
+            continue
+        one = SmallerGame(size, small, motion)
+        if motion.workable:
+            return one
+        if best is None or motion.shares.leading[0].ratio < best.motion.shares.leading[0].ratio:
+            best = one
+    return best
