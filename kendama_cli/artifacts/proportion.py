@@ -15,7 +15,7 @@ class Interval:
     high: float
 
 
-def success_interval(successes: int, n: int) -> Interval:
+def success_interval(successes: float, n: int) -> Interval:
     """Return the exact 95 % interval of a proportion (Clopper and Pearson 1934); the whole of [0, 1] where n is 0."""
     low = float(betaincinv(successes, n - successes + 1, 0.025)) if successes > 0 else 0.0
     high = float(betaincinv(successes + 1, n - successes, 0.975)) if successes < n else 1.0

@@ -11,7 +11,7 @@ from typing import Any
 from kendama_cli.cli import render
 from kendama_cli.errors import UsageError
 from kendama_cli.report.chapters import declaration_of
-from kendama_cli.report.run_table import RunFacts, RunTable, run_table
+from kendama_cli.report.run_table import Estimate, RunFacts, RunTable, run_table
 from kendama_cli.schema.hints import nearest
 
 DIGITS = 4
@@ -53,7 +53,7 @@ def show_run_table(records: Sequence[Mapping[str, Any]], metrics: Sequence[str],
             render.text("\n".join(f"| {' | '.join(one.replace('|', chr(92) + '|') for one in row)} |" for row in lines))
         else:
             render.table(rows, head=head)
-            render.text("Mean [95 % interval] over the runs of a row; a shared result counts once.")
+            render.text("Median and mean [95 % intervals] over the runs of a row; a shared result counts once.")
 
 
 def _headlines(records: Sequence[Mapping[str, Any]], known: Sequence[str]) -> list[str]:
@@ -70,18 +70,19 @@ def _headlines(records: Sequence[Mapping[str, Any]], known: Sequence[str]) -> li
 def _texts(table: RunTable, digits: int) -> list[list[str]]:
     rows = [[*table.settings, "runs", *table.metrics]]
     for row in table.rows:
-        cells = ["" if one is None else one.text(digits) for one in row.estimates]
+        cells = ["" if one is None else one.texts(digits) for one in row.estimates]
         rows.append([*row.settings, str(len(row.runs)), *cells])
     return rows
 
 
 def _cells(table: RunTable, digits: int | None) -> list[list[Any]]:
-    metrics = [f"{name}{end}" for name in table.metrics for end in ("", "_low", "_high")]
+    ends = [f"{mean}{end}" for mean in ("", "_mean") for end in ("", "_low", "_high")]
+    metrics = [f"{name}{end}" for name in table.metrics for end in ends]
     rows: list[list[Any]] = [[*table.settings, "seeds", "runs", *metrics]]
     for row in table.rows:
         cells: list[Any] = []
         for one in row.estimates:
-            numbers = (None, None, None) if one is None else (one.value, one.low, one.high)
+            numbers = [*_numbers(one), *_numbers(one and one.mean)]
             cells += [None if x is None else x if digits is None else float(f"{x:.{digits}g}") for x in numbers]
         rows.append([*row.settings, " ".join(row.seeds), len(row.runs), *cells])
     return rows
@@ -94,9 +95,17 @@ def _document(table: RunTable) -> list[dict[str, Any]]:
             "runs": list(row.runs),
             "seeds": list(row.seeds),
             "metrics": {
-                name: None if one is None else {"mean": one.value, "low": one.low, "high": one.high, "n": one.n}
+                name: one and {**_named(one), "mean": one.mean and _named(one.mean)}
                 for name, one in zip(table.metrics, row.estimates, strict=True)
             },
         }
         for row in table.rows
     ]
+
+
+def _numbers(one: Estimate | None) -> tuple[float | None, float | None, float | None]:
+    return (None, None, None) if one is None else (one.value, one.low, one.high)
+
+
+def _named(one: Estimate) -> dict[str, float | None]:
+    return {"value": one.value, "low": one.low, "high": one.high, "n": one.n, "at_cap": one.capped}

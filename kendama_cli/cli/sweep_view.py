@@ -115,8 +115,8 @@ def _numbers(outcome: StageOutcome) -> dict[str, Any]:
 
 
 def show_sweep(records: Sequence[RunRecord], name: str | None = None) -> None:
-    """Show the results of the runs: each of a few, else for each setting the mean over its seeds with a 95 %
-    interval.
+    """Show the results of the runs: each of a few, else for each setting median and mean over its seeds, with
+    intervals of 95 %.
 
     Runs that failed are always listed, with the reason; ``name`` is the sweep's, for the next command.
     """
@@ -158,6 +158,6 @@ def _show_means(done: Sequence[RunRecord]) -> None:
     for row in table.rows:
         pairs = [f"{key}={value}" for key, value in zip(table.settings, row.settings, strict=True)]
         found = [(name, one) for name, one in zip(metrics, row.estimates, strict=True) if one is not None and one.n > 1]
-        rows += [(" ".join(pairs) or "all", str(len(row.runs)), name, one.text(DIGITS)) for name, one in found]
+        rows += [(" ".join(pairs) or "all", str(len(row.runs)), name, one.texts(DIGITS)) for name, one in found]
     if rows:
-        render.table(rows, head=("setting", "runs", "metric", "mean [95 % over the runs]"))
+        render.table(rows, head=("setting", "runs", "metric", "median; mean [95 % over the runs]"))

@@ -26,7 +26,7 @@ class LearningCount:
     streak_began: int = 0
     learned_at: int | None = None
     solved_after: int | None = None
-    """Rollouts before the first of those in a row that prove the policy."""
+    """Rollouts before the first of those in a row after which the policy counts as solved."""
     succeeded_ever: bool = False
     greedy_failed: bool = False
     """Whether the last rollout was a greedy one that failed."""

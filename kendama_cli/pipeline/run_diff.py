@@ -54,7 +54,7 @@ def group_differences(before: Sequence[Mapping[str, Any]], after: Sequence[Mappi
     names = list(dict.fromkeys(name for one in groups for run in one for name in run.metrics))
     intervals = {}
     for name in names:
-        found = [one for group in groups if (one := estimate(group, name)) is not None]
+        found = [one.mean or one for group in groups if (one := estimate(group, name)) is not None]
         bounds = [[one.low, one.high] for one in found if one.low is not None and one.high is not None]
         if len(bounds) == len(groups):
             intervals[name] = _compared([one.value for one in found], bounds)

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from kendama_cli.report.bootstrap import RESAMPLES
 from kendama_cli.report.chapters import declaration_of
+from kendama_cli.report.intervals import RESAMPLES
 from kendama_cli.report.run_table import DEFAULT, SEED, differing, overrides_of
 from kendama_cli.report.tables import label_and_unit, number
 
@@ -86,7 +86,8 @@ def _runs(records: Sequence[Mapping[str, Any]]) -> str:
     seeds = list(dict.fromkeys(one.get(SEED, DEFAULT) for one in overrides))
     between = f"They differ in {listed(varied)}. " if varied else ""
     return (
-        f"{len(records)} runs were made: {names}. {between}The seeds are {listed(seeds)}. Intervals are of 95 %: over "
-        f"seeds by the percentile bootstrap with {RESAMPLES} resamples (Efron 1979), of counted successes exact "
-        "(Clopper and Pearson 1934)."
+        f"{len(records)} runs were made: {names}. {between}The seeds are {listed(seeds)}. Intervals are of 95 %: of "
+        "medians by order statistics (Thompson 1936), of interquartile means by Tukey and McLaughlin (1963), of means "
+        f"by the bootstrap-t with {RESAMPLES} resamples (Hall 1988), of counted successes exact (Clopper and Pearson "
+        "1934)."
     )

@@ -1,4 +1,4 @@
-"""Runs in rows of equal overrides but for the seed, each metric with its mean and 95 % interval over the runs."""
+"""Runs in rows of equal overrides but for the seed, each metric with its median, mean and intervals over the runs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.artifacts.proportion import success_interval
-from kendama_cli.report.bootstrap import bootstrap
+from kendama_cli.report.intervals import mean_interval, quantile_interval, rate_interval
+from kendama_cli.schema.declaration import find_stage
 
 SEED = "seed"
 DEFAULT = "as configured"
@@ -36,17 +37,27 @@ class RunFacts:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Mean of a metric over ``n`` distinct results, and its 95 % interval where there is one."""
+    """A figure of a metric over ``n`` distinct results, and its 95 % interval where there is one.
+
+    It is the median, of yes and no the fraction; ``mean`` is the mean of several numbers. Where ``capped`` results had
+    not reached what the metric counts to, the cap stands for them: the mean is a restricted one.
+    """
 
     value: float
     low: float | None
     high: float | None
     n: int
+    mean: Estimate | None = None
+    capped: int = 0
 
     def text(self, digits: int) -> str:
-        """Return ``value [low, high]`` with ``digits`` significant digits."""
+        """Return ``value [low, high]`` with ``digits`` significant digits, and the number of ``capped`` results."""
         between = f" [{rounded(self.low, digits)}, {rounded(self.high, digits)}]" if self.low is not None else ""
-        return rounded(self.value, digits) + between
+        return rounded(self.value, digits) + between + (f", {self.capped} at the cap" if self.capped else "")
+
+    def texts(self, digits: int) -> str:
+        """Return the text, and that of the mean where there is one."""
+        return self.text(digits) + (f"; mean {self.mean.text(digits)}" if self.mean is not None else "")
 
 
 @dataclass(frozen=True)
@@ -102,26 +113,33 @@ def run_table(runs: Sequence[RunFacts], metrics: Sequence[str]) -> RunTable:
 
 
 def estimate(runs: Sequence[RunFacts], metric: str) -> Estimate | None:
-    """Return the mean of a metric; None if no run has it as a number.
+    """Return a metric's estimate; None if no run has it as a number.
 
-    A result that several runs share counts once. The interval is the bootstrap's over the results (Efron 1979), for
-    yes and no the exact one of their count (Clopper and Pearson 1934); of one result it is the one that the stage
-    computed, ``METRIC_low`` to ``METRIC_high``, if there is one.
+    A result that several runs share counts once. Intervals are those of ``report/intervals.py``, for yes and no the
+    exact one of their count (Clopper and Pearson 1934); of one result it is the one that the stage computed,
+    ``METRIC_low`` to ``METRIC_high``, if there is one.
     """
-    stage = metric.partition(".")[0]
+    stage, _, name = metric.partition(".")
     distinct = {one.artifacts.get(stage) or one.run: one.metrics for one in runs}
     found = [one for one in distinct.values() if _is_number(one.get(metric))]
     if not found:
         return None
     values = np.array([float(one[metric]) for one in found])
-    mean, n = float(values.mean()), len(values)
-    if n > 1 and all(isinstance(one[metric], bool) for one in found):
+    n = len(values)
+    if n == 1:
+        low, high = (found[0].get(f"{metric}_{end}") for end in ("low", "high"))
+        return Estimate(float(values[0]), low if _is_number(low) else None, high if _is_number(high) else None, n)
+    if all(isinstance(one[metric], bool) for one in found):
         counted = success_interval(int(values.sum()), n)
-        return Estimate(mean, counted.low, counted.high, n)
-    if n > 1:
-        return Estimate(mean, *(bootstrap(values, np.mean) or (mean, mean)), n)
-    low, high = (found[0].get(f"{metric}_{end}") for end in ("low", "high"))
-    return Estimate(mean, low if _is_number(low) else None, high if _is_number(high) else None, n)
+        return Estimate(float(values.mean()), counted.low, counted.high, n)
+    declaration = find_stage(stage)
+    reached = f"{stage}.{declaration.capped.get(name)}" if declaration is not None else ""
+    capped = sum(one.get(reached) is False for one in found)
+    low, high = quantile_interval(values) or (None, None)
+    interval = rate_interval if name.endswith("_rate") else mean_interval
+    below, above = interval(values) or (None, None)
+    mean = Estimate(float(values.mean()), below, above, n, capped=capped)
+    return Estimate(float(np.median(values)), low, high, n, mean)
 
 
 def rounded(value: float | None, digits: int) -> str:

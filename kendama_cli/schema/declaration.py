@@ -60,6 +60,8 @@ class StageDeclaration:
     report (by the name that ``drawing`` is given) is, and what is good. ``kendama explain``, the report and the pages
     print them. A ``*`` in a name stands for a joint or a camera.
 
+    ``capped`` names counts that end at a cap, and for each the metric that is False where it did.
+
     ``methods`` are sentences of a paper's method section: ``{KEY}`` stands for the value of that setting (from its
     node on) or metric in a run, with its unit; a sentence with a value that a run lacks is left out of its report.
 
@@ -84,6 +86,7 @@ class StageDeclaration:
     packages: tuple[str, ...] = ()
     brief: str = ""
     metrics: Mapping[str, str] = field(default_factory=dict)
+    capped: Mapping[str, str] = field(default_factory=dict)
     topic_words: Mapping[str, str] = field(default_factory=dict)
     figures: Mapping[str, str] = field(default_factory=dict)
 

@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import binomtest
 
 from kendama_cli.pipeline.run_selection import named_sweep, select_runs, sweep_names
-from kendama_cli.report.bootstrap import bootstrap
+from kendama_cli.report.intervals import mean_interval
 from kendama_cli.report.run_table import RunFacts, estimate, rounded
 from kendama_cli.store import durable
 from tests.toy_project import ToyProject
@@ -93,11 +93,13 @@ def test_the_table_has_a_row_for_what_differs_and_intervals_over_seeds(done: Toy
     assert [(row["toy.steps"], row["seeds"], row["runs"]) for row in rows] == [("2", "1 2", "2"), ("3", "1 2", "2")]
     records = select_runs(done.home, ["2..3"])
     values = np.array([record["stages"][0]["metrics"]["sum"] for record in records])
-    low, high = bootstrap(values, np.mean) or (0.0, 0.0)
-    assert float(rows[0]["roll.sum"]) == pytest.approx(values.mean(), abs=1e-15)
-    assert (float(rows[0]["roll.sum_low"]), float(rows[0]["roll.sum_high"])) == (low, high)
+    low, high = mean_interval(values) or (0.0, 0.0)
+    assert float(rows[0]["roll.sum"]) == pytest.approx(np.median(values), abs=1e-15)
+    assert rows[0]["roll.sum_low"] == "", "two values have no interval of the median"
+    assert float(rows[0]["roll.sum_mean"]) == pytest.approx(values.mean(), abs=1e-15)
+    assert (float(rows[0]["roll.sum_mean_low"]), float(rows[0]["roll.sum_mean_high"])) == (low, high)
     markdown = done.kendama("runs", "--table", "sweep:steps-study", "--md", "--columns", "roll.n", "--precision", "2")
-    assert markdown.stdout.splitlines()[2:] == ["| 2 | 2 | 2 [2, 2] |", "| 3 | 2 | 3 [3, 3] |"]
+    assert markdown.stdout.splitlines()[2:] == ["| 2 | 2 | 2; mean 2 [2, 2] |", "| 3 | 2 | 3; mean 3 [3, 3] |"]
     told = done.kendama("runs", "--table", "sweep:steps-study").stdout.splitlines()
     assert told[0].split() == ["toy.steps", "runs", "roll.sum"], "the headline metric"
 
@@ -124,6 +126,18 @@ def test_a_shared_result_counts_once_and_yes_or_no_has_the_exact_interval() -> N
     alone = estimate([facts("1", "x", rate=0.9, rate_low=0.8, rate_high=0.95)], "a.rate")
     assert alone is not None
     assert alone.text(3) == "0.9 [0.8, 0.95]"
+
+
+def test_the_median_leads_and_a_mean_with_runs_at_the_cap_says_how_many() -> None:
+    solved = [40.0, 50.0, 60.0, 70.0, 80.0, 90.0, 1000.0]
+    runs = [
+        RunFacts(str(n), {}, {"learn.rollouts_to_solved": value, "learn.solved": value < 1000}, {})
+        for n, value in enumerate(solved)
+    ]
+    found = estimate(runs, "learn.rollouts_to_solved")
+    assert found is not None
+    assert found.text(3) == "70 [40, 1000]"
+    assert re.fullmatch(r"70 \[40, 1000\]; mean 199 \[.+\], 1 at the cap", found.texts(3))
 
 
 def test_numbers_keep_the_digits_that_are_asked_for() -> None:

@@ -78,9 +78,10 @@ def test_figures_intervals_and_ratios_are_told(exploration_page, explorations):
         assert f"{group.mean():.3g}" in text
     assert f"{values[1].mean() / values[0].mean():.3g}" in text
     for title in (
-        "to solved, mean",
+        "to solved, interquartile mean",
         "to solved, median",
         "to solved, 90 %",
+        "solved sooner",
         "ratio of means",
         "soonest found by search",
     ):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.report.bootstrap import bootstrap
+from kendama_cli.report.intervals import Between, interquartile_interval, interquartile_mean, mean_interval
 
 OVERRIDES = ("simulation/engine=rail",)
 """Learned and solved on the rail: a rollout there costs a millisecond or two."""
@@ -21,8 +21,12 @@ class Place:
     learner: str
     seeds: int
     rollouts_to_solved: float
-    interval: tuple[float, float] | None
-    """95 %, by the bootstrap over the seeds."""
+    """Interquartile mean over the seeds."""
+    interval: Between | None
+    """95 %."""
+    mean: float
+    """Over the seeds; restricted where some are unsolved, as the cap counts for them."""
+    mean_interval: Between | None
     unsolved: int
     caught_rate: float
     """Of the frozen policies, the mean over the seeds."""
@@ -36,8 +40,10 @@ def place_of(learner: str, metrics: Sequence[Mapping[str, Any]]) -> Place:
     return Place(
         learner,
         len(metrics),
+        float(interquartile_mean(needed)),
+        interquartile_interval(needed),
         float(needed.mean()),
-        bootstrap(needed, np.mean),
+        mean_interval(needed),
         sum(not one["solved"] for one in metrics),
         float(np.mean(caught)),
         min(caught),

@@ -13,6 +13,7 @@ from kendama_cli.config.site import Site, group_options
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.plugins.course.board import OVERRIDES, Place, place_of, ranked
+from kendama_cli.report.intervals import Between
 from kendama_cli.schema.hints import nearest
 
 
@@ -48,10 +49,14 @@ def _show(places: Sequence[Place], task: str, *, as_json: bool) -> None:
         render.document({"task": task, "places": [dataclasses.asdict(one) for one in places]})
         return
     rows = [(str(number), *_row(one)) for number, one in enumerate(places, 1)]
-    render.table(rows, head=("", "learner", "rollouts to solved [95 %]", "unsolved", "caught: mean / worst"))
+    render.table(rows, head=("", "learner", "to solved, IQM [95 %]", "mean [95 %]", "unsolved", "caught: mean / worst"))
 
 
-def _row(one: Place) -> tuple[str, str, str, str]:
-    interval = "" if one.interval is None else f" [{one.interval[0]:.0f}, {one.interval[1]:.0f}]"
-    needed = f"{one.rollouts_to_solved:.0f}{interval}"
-    return one.learner, needed, f"{one.unsolved} of {one.seeds}", f"{one.caught_rate:.2f} / {one.worst_caught_rate:.2f}"
+def _row(one: Place) -> tuple[str, ...]:
+    needed, mean = _with(one.rollouts_to_solved, one.interval), _with(one.mean, one.mean_interval)
+    unsolved, caught = f"{one.unsolved} of {one.seeds}", f"{one.caught_rate:.2f} / {one.worst_caught_rate:.2f}"
+    return one.learner, needed, mean, unsolved, caught
+
+
+def _with(value: float, between: Between | None) -> str:
+    return f"{value:.0f}" + ("" if between is None else f" [{between[0]:.0f}, {between[1]:.0f}]")

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from kendama_cli.artifacts.proportion import success_interval
-from kendama_cli.report.bootstrap import bootstrap
 from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.grid import EMPTY, Cell, grid, percent, with_interval
+from kendama_cli.report.intervals import mean_interval
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import MUTED, SERIES
@@ -55,12 +55,12 @@ def adaptation_table(runs: Ensemble) -> str:
             between = success_interval(int(caught.sum()), len(caught))
             fraction = percent(float(caught.mean()), between=(between.low, between.high), digits=1)
         cells = [
-            with_interval(float(values.mean()), bootstrap(values, np.mean)) if len(values) else EMPTY
+            with_interval(float(values.mean()), mean_interval(values)) if len(values) else EMPTY
             for values in (tau, rollouts)
         ]
         rows.append([group.cell(), Cell(str(len(group.members))), *cells, Cell(str(len(caught))), fraction])
     head = [runs.differs, "logs", "tau", "rollouts", "repeats", "caught"]
-    note = "Below means their 95 % bootstrap interval over the runs, below fractions the exact one over all repeats."
+    note = "Below means their 95 % interval over the runs, below fractions the exact one over all repeats."
     return f'{grid(head, rows, name="adapt-compared", title="Time scale and catches")}<p class="note">{note}</p>'
 
 

@@ -18,7 +18,10 @@ STAGE = StageDeclaration(
     replay="kendama_cli.stages.learn.chapter:replay",
     ensemble_chapter="kendama_cli.stages.learn.comparison:CHAPTER",
     headline=(
-        Headline("rollouts_to_solved", "rollouts before the first of those in a row that prove the swing-up"),
+        Headline(
+            "rollouts_to_solved",
+            "rollouts to solved: before the first of 80 successes in a row",
+        ),
         Headline("frozen_caught_rate", "of swing-ups by the frozen policy end in the cup"),
     ),
     brief="{rollouts_to_solved} rollouts to solved, {frozen_caught_rate:.0%} caught",
@@ -45,6 +48,7 @@ STAGE = StageDeclaration(
         "min_half_swings_found": "Number of half-swings in the fastest swing-up that the search found.",
         "random_success_rate": "Fraction of random harmonic motions that reach the goal: the random baseline.",
     },
+    capped={"rollouts_to_learned": "learned", "rollouts_to_solved": "solved"},
     topic_words={
         "/learn/rollout": "One rollout: reward, explored or greedy, success, duration and half-swings.",
         "/learn/table": "Q-table after 1, 2, 4, ... rollouts and at the end.",

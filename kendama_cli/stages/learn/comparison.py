@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator, PercentFormatter
 
 from kendama_cli.log.messages import RolloutMessage
-from kendama_cli.report.bootstrap import bootstrap_curve, interquartile_mean
 from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
+from kendama_cli.report.intervals import interquartile_interval, interquartile_mean
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import INK, SERIES
@@ -37,7 +37,7 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
             lettered(
                 learning,
                 [
-                    "Reward per rollout: interquartile mean over the seeds with its 95 % bootstrap interval; a curve"
+                    "Reward per rollout: interquartile mean over the seeds with its 95 % interval; a curve"
                     " that rises sooner learns faster; where bands overlap, the difference may be chance. On a"
                     f" logarithmic axis, means over at most {_STEPS} even steps. A finished run continues with the"
                     f" median of its last {_TAIL} greedy rollouts. After ten successes in a row a policy is frozen"
@@ -78,9 +78,9 @@ def _rewards(groups: Sequence[Group]) -> Panel | None:
             if found:
                 matrix = np.array([_carried_on(reward, shown) for reward in found])
                 index, matrix = _even_steps(matrix) if shown > _LONG else (np.arange(1.0, shown + 1), matrix)
-                low, high = bootstrap_curve(matrix, interquartile_mean)
-                axes.fill_between(index, low, high, color=colour, alpha=0.16, lw=0, label=f"_{group.legend}, 95 %")
-                axes.plot(index, interquartile_mean(matrix, axis=0), color=colour, lw=1.5, label=group.legend)
+                if (band := interquartile_interval(matrix)) is not None:
+                    axes.fill_between(index, *band, color=colour, alpha=0.16, lw=0, label=f"_{group.legend}, 95 %")
+                axes.plot(index, interquartile_mean(matrix), color=colour, lw=1.5, label=group.legend)
         axes.set_xlabel("rollout")
         axes.set_ylabel("reward")
         if shown > _LONG:
@@ -231,7 +231,7 @@ CHAPTER = EnsembleChapter(
     figures=learning_figures,
     tables=learning_tables,
     headline=(
-        Headline("rollouts_to_solved", "rollouts to solved, mean over the seeds"),
+        Headline("rollouts_to_solved", "rollouts to solved, mean over the seeds; the cap counts for unsolved ones"),
         Headline("frozen_caught_rate", "of swing-ups by the frozen policies end in the cup"),
         Headline("half_swings", "half-swings to the goal, mean"),
     ),

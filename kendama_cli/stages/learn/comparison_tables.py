@@ -2,65 +2,78 @@
 
 from __future__ import annotations
 
+import dataclasses
 import html
 
 import numpy as np
 
-from kendama_cli.report.bootstrap import Statistic, bootstrap, bootstrap_ratio, p90
 from kendama_cli.report.ensemble import Ensemble, Group
 from kendama_cli.report.grid import EMPTY, Cell, grid, percent, quantity, with_interval
+from kendama_cli.report.intervals import (
+    improvement,
+    interquartile_interval,
+    interquartile_mean,
+    mean_interval,
+    quantile_interval,
+    rate_interval,
+    ratio_interval,
+)
 from kendama_cli.report.tracks import Array
-
-_STATISTICS: tuple[tuple[str, Statistic], ...] = (("mean", np.mean), ("median", np.median), ("90 %", p90))
 
 
 def learning_tables(runs: Ensemble) -> str:
-    """Return the figures by group with bootstrap intervals, ratios to the first group, and the unsolved by seed."""
+    """Return the figures by group with intervals, what they gain on the first group, and the unsolved by seed."""
     groups = [group for group in runs.groups if len(group.figures("rollouts_to_solved"))]
     if not groups:
         return ""
-    head = [runs.differs or "", "seeds", "unsolved", *(f"to solved, {name}" for name, _ in _STATISTICS)]
-    head += ["to ten in a row, mean", "random"]
+    head = [runs.differs or "", "seeds", "unsolved", *(f"to solved, {name}" for name in _FIGURES)]
+    head += ["to ten in a row, median", "random"]
     parts = [grid(head, [_counts(group) for group in groups], name="learn-solved", title="Rollouts to solved")]
     unsolved = [sentence for group in groups if (sentence := _unsolved(group, runs.differs))]
     parts.append(f'<p class="note">{" ".join(unsolved) or "Every seed is solved."} {_RULE}</p>')
     if len(groups) > 1:
         reference, *others = groups
-        names = [f"ratio of {name}s" if name != "90 %" else "ratio of 90 % quantiles" for name, _ in _STATISTICS]
-        rows = [_ratios(group, reference) for group in others]
+        names = [runs.differs, "solved sooner", "ratio of means", "difference"]
+        rows = [_compared(group, reference) for group in others]
         title = f"Against {reference.label}"
-        parts.append(grid([runs.differs, *names, "difference"], rows, name="learn-ratios", title=title))
+        parts.append(grid(names, rows, name="learn-ratios", title=title))
     head = [runs.differs or "", "caught", "worst seed", "half-swings", "time to release"]
     head += ["soonest found by search", "peak displacement"]
     parts.append(grid(head, [_quality(group) for group in groups], name="learn-frozen", title="The frozen policies"))
     return "".join(parts)
 
 
+_FIGURES = ("median", "interquartile mean", "mean", "90 %")
 _RULE = (
-    "Counted up to the first of the greedy successes in a row that count as solved, exploring rollouts included; an"
-    " unsolved seed counts as the cap. Random: fraction of random harmonics that succeed. Below each figure its 95 %"
-    " interval (bootstrap over the seeds)."
+    "Counted up to the first of the greedy successes in a row that count as solved, exploring rollouts included. An"
+    " unsolved seed counts as the cap, and a mean with such seeds is a restricted mean. Random: fraction of random"
+    " harmonics that succeed. Solved sooner: of all pairs of seeds, one of each, the fraction in which the row needs"
+    " fewer rollouts; it is noise if its interval holds 50 %. Below each figure its 95 % interval over the seeds, where"
+    " there are enough."
 )
 
 
 def _counts(group: Group) -> list[Cell]:
     values, first = group.figures("rollouts_to_solved"), group.figures("rollouts_to_learned")
     chance = group.figures("random_success_rate")
-    cells = [with_interval(float(figure(values, axis=0)), bootstrap(values, figure)) for _, figure in _STATISTICS]
-    early = with_interval(float(first.mean()), bootstrap(first, np.mean)) if len(first) else EMPTY
-    by_chance = percent(float(chance.mean())) if len(chance) else EMPTY
-    return [group.cell(), Cell(str(len(values))), Cell(str(len(_failed(group)))), *cells, early, by_chance]
+    mean = with_interval(float(values.mean()), mean_interval(values))
+    cells = [
+        with_interval(float(np.median(values)), quantile_interval(values)),
+        with_interval(float(interquartile_mean(values)), interquartile_interval(values)),
+        dataclasses.replace(mean, text=f"{mean.text} (restricted)") if _failed(group) else mean,
+        with_interval(float(np.quantile(values, 0.9)), quantile_interval(values, 0.9)),
+        with_interval(float(np.median(first)), quantile_interval(first)) if len(first) else EMPTY,
+        percent(float(chance.mean())) if len(chance) else EMPTY,
+    ]
+    return [group.cell(), Cell(str(len(values))), Cell(str(len(_failed(group)))), *cells]
 
 
-def _ratios(group: Group, reference: Group) -> list[Cell]:
+def _compared(group: Group, reference: Group) -> list[Cell]:
     values, others = group.figures("rollouts_to_solved"), reference.figures("rollouts_to_solved")
-    cells = []
-    for _, statistic in _STATISTICS:
-        ratio = float(statistic(values, axis=0)) / float(statistic(others, axis=0))
-        cells.append(with_interval(ratio, bootstrap_ratio(values, others, statistic)))
-    between = bootstrap_ratio(values, others, np.mean)
-    stands = between is not None and not between[0] <= 1.0 <= between[1]
-    return [group.cell(), *cells, Cell("stands" if stands else "noise")]
+    sooner, between = improvement(values, others)
+    ratio = with_interval(float(values.mean() / others.mean()), ratio_interval(values, others))
+    stands = not between[0] <= 0.5 <= between[1]
+    return [group.cell(), percent(sooner, between=between), ratio, Cell("stands" if stands else "noise")]
 
 
 def _failed(group: Group) -> list[str]:
@@ -83,7 +96,7 @@ def _quality(group: Group) -> list[Cell]:
     medians = {name: _median(group.figures(name)) for name in ("half_swings", "time_to_goal_s")}
     return [
         group.cell(),
-        percent(float(caught.mean()), between=bootstrap(caught, np.mean), digits=1) if len(caught) else EMPTY,
+        percent(float(caught.mean()), between=rate_interval(caught), digits=1) if len(caught) else EMPTY,
         EMPTY if worst is None else percent(worst[0], f"seed {worst[1]}" if worst[1] else ""),
         _cell(medians["half_swings"]),
         _cell(medians["time_to_goal_s"], "s"),

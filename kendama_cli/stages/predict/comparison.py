@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from kendama_cli.report.bootstrap import bootstrap
 from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.grid import EMPTY, Cell, grid, with_interval
+from kendama_cli.report.intervals import mean_interval
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.style import SERIES
 from kendama_cli.schema.declaration import Headline
@@ -39,12 +39,11 @@ def prediction_table(runs: Ensemble) -> str:
     for group in runs.groups:
         found = [group.figures(name) for name in _TOLD]
         cells = [
-            with_interval(float(values.mean()), bootstrap(values, np.mean)) if len(values) else EMPTY
-            for values in found
+            with_interval(float(values.mean()), mean_interval(values)) if len(values) else EMPTY for values in found
         ]
         rows.append([group.cell(), Cell(str(len(group.members))), *cells])
     head = [runs.differs, "logs", "position, 50 % [mm]", "position, 95 % [mm]", "time, 50 % [ms]", "time, 95 % [ms]"]
-    note = "Means over the runs; below them their 95 % bootstrap interval."
+    note = "Means over the runs; below them their 95 % interval."
     table = grid(head, rows, name="predict-errors", title="Errors of the predicted catch")
     return f'{table}<p class="note">{note}</p>'
 

@@ -24,6 +24,7 @@ STAGE = StageDeclaration(
         Headline("caught_rate", "of full games caught on {robot}"),
     ),
     brief="{caught_rate:.0%} of {games} games caught, {success_rate_after:.0%} swung up",
+    capped={"rollouts": "learned", "rollouts_from_scratch": "learned_from_scratch", "rollouts_to_solved": "solved"},
     metrics={
         "rollouts": "Number of rollouts that were learned on the robot.",
         "learned": "True if the policy reached its streak of successes on the robot.",

@@ -11,11 +11,11 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from kendama_cli.artifacts.proportion import success_interval
-from kendama_cli.report.bootstrap import bootstrap, bootstrap_ratio
 from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
 from kendama_cli.report.figure import Figure, Panel, figure
 from kendama_cli.report.grid import EMPTY, Cell, grid, percent, quantity, with_interval
+from kendama_cli.report.intervals import mean_interval, ratio_interval
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.style import BALL, CUP, INK, PAPER
 from kendama_cli.report.tracks import Array
@@ -68,7 +68,7 @@ def transfer_table(runs: Ensemble) -> str:
     ]
     note = (
         "Rollouts on the robot up to the first of ten greedy successes in a row; a failure counts as the cap. Below"
-        " means and ratios their 95 % bootstrap intervals, below success rates the exact 95 % interval over all"
+        " means and ratios their 95 % intervals, below success rates the exact 95 % interval over all"
         " trials."
     )
     note = (f"Not learned: {'; '.join(failed)}. " if failed else "") + note
@@ -81,12 +81,12 @@ def _row(group: Group, also: Sequence[tuple[str, str]]) -> list[Cell]:
     given, scratch = group.figures("rollouts"), group.figures("rollouts_from_scratch")
     ratio = EMPTY
     if len(scratch):
-        ratio = with_interval(float(given.mean() / scratch.mean()), bootstrap_ratio(given, scratch, np.mean))
+        ratio = with_interval(float(given.mean() / scratch.mean()), ratio_interval(given, scratch))
     return [
         group.cell(_body(group.members[0].log.settings)),
         Cell(str(len(given))),
-        with_interval(float(given.mean()), bootstrap(given, np.mean)),
-        with_interval(float(scratch.mean()), bootstrap(scratch, np.mean)) if len(scratch) else EMPTY,
+        with_interval(float(given.mean()), mean_interval(given)),
+        with_interval(float(scratch.mean()), mean_interval(scratch)) if len(scratch) else EMPTY,
         ratio,
         _rate(group, "success_rate_before", "evaluation_rollouts"),
         _rate(group, "success_rate_after", "evaluation_rollouts"),
@@ -99,7 +99,7 @@ def _further_cell(group: Group, metric: str) -> Cell:
     if metric.endswith("_rate"):
         return _rate(group, metric, "imitation_repeats")
     values = group.figures(metric)
-    return with_interval(float(values.mean()), bootstrap(values, np.mean)) if len(values) else EMPTY
+    return with_interval(float(values.mean()), mean_interval(values)) if len(values) else EMPTY
 
 
 def _foot(groups: Sequence[Group], also: Sequence[tuple[str, str]]) -> list[Cell]:

@@ -113,11 +113,11 @@ def test_the_board_ranks_by_rollouts_to_solved_and_then_by_what_the_policies_cat
         return {"rollouts_to_solved": needed, "solved": needed < 1000, "frozen_caught_rate": caught}
 
     good = place_of("good", [metrics(100, 1.0), metrics(140, 0.9)])
-    assert good == Place("good", 2, 120.0, good.interval, 0, 0.95, 0.9)
-    assert good.interval == (100.0, 140.0)
+    assert good == Place("good", 2, 120.0, None, 120.0, good.mean_interval, 0, 0.95, 0.9)
+    assert good.mean_interval is not None
     poor, poorer = (place_of(name, [metrics(1000, share)]) for name, share in (("poor", 0.5), ("poorer", 0.1)))
     assert [one.learner for one in ranked([poorer, good, poor])] == ["good", "poor", "poorer"]
-    assert (poor.unsolved, poor.interval) == (1, None)
+    assert (poor.unsolved, poor.mean_interval) == (1, None)
 
 
 def test_the_board_runs_every_learner_on_every_seed_and_keeps_the_runs(tmp_path: Path) -> None:
