@@ -108,6 +108,23 @@ def test_the_arm_catches_and_the_swing_up_is_learned_and_played(whole: dict[str,
 
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
+def test_the_swing_alone_is_performed_without_a_policy(whole: dict[str, Any], folder: Path) -> None:
+    performed = run(folder, "-p", "perform", *(one for one in SMALL if "predict" not in one), "hardware=beyond_lag")
+    cached = dict.fromkeys(("capture", "encode", "adapt"), "cached")
+    assert statuses(performed) == {**cached, "transfer": "ran"}
+    assert re.fullmatch(
+        r"caught at the (first|second|third) rollout; the arm lags 0\.1[12]\d* s( and sags \d mm)?",
+        metrics(performed, "transfer")["imitation"],
+    )
+    kendama(folder, "report", performed["run"], "-o", "performed.html")
+    text = (folder / "performed.html").read_text()
+    assert "Caught at the" in text
+    assert "Joint angles in the last rollout of the swing" in text
+    assert "game on" not in text
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1200)
 def test_as_shipped_learning_is_proven_in_dart_and_nine_of_ten_games_are_won(tmp_path: Path) -> None:
     shipped = run(tmp_path)
     assert statuses(shipped) == dict.fromkeys(METRICS, "ran")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -155,13 +156,15 @@ class LiveView:
 
 
 def briefly(outcome: StageOutcome) -> str:
-    """Return the result of a stage in a few words of its declaration, else its first two metrics."""
+    """Return the result of a stage in the first words of its declaration that fit, else its first two metrics."""
     try:
         declaration = find_stage(outcome.stage)
-        brief = "" if declaration is None else declaration.brief.format_map(outcome.metrics)
-    except (KendamaError, LookupError, TypeError, ValueError):  # a metric that this run does not have
-        brief = ""
-    return brief or render.figures(outcome.metrics, 2)
+    except KendamaError:
+        declaration = None
+    for words in [] if declaration is None else declaration.brief.splitlines():
+        with contextlib.suppress(LookupError, TypeError, ValueError):  # a metric that this run does not have
+            return words.format_map(outcome.metrics)
+    return render.figures(outcome.metrics, 2)
 
 
 def _duration(seconds: float) -> str:

@@ -134,6 +134,13 @@ class _Motion:
         return _Fit(float(squares.sum()), lag, sigma, sag, offset, largest)
 
 
+def cup_sag_m(arm: RobotModel, servo: ServoModel, position_rad: Array) -> float:
+    """Return how far the cup rests from where it is commanded at ``position_rad`` (n,), unled."""
+    effort_nm = arm.rigid_effort_nm(position_rad, np.zeros_like(position_rad), np.zeros_like(position_rad))
+    resting_rad = position_rad - servo.sag_rad_nm * effort_nm - servo.offset_rad
+    return float(np.linalg.norm(arm.tool_position_m(resting_rad) - arm.tool_position_m(position_rad)))
+
+
 def _least_squares(terms: Array, values: Array) -> tuple[Array, Array]:
     """Return coefficients and residual of ``values`` (k,) by ``terms`` (k, m)."""
     found: Array = np.asarray(np.linalg.lstsq(terms, values, rcond=None)[0], dtype=np.float64)

@@ -78,9 +78,13 @@ def load_policy(path: str) -> PolicyArtifact:
     remedy = "give the artifact.json that `kendama run --json` names for the stage learn or transfer"
     try:
         body = json.loads(Path(path).read_bytes())
-        arrays = unpacked_arrays(Path(path).with_name("arrays.npz").read_bytes())
+        packed = Path(path).with_name("arrays.npz")
+        arrays = unpacked_arrays(packed.read_bytes()) if packed.is_file() else {}
         found: PolicyArtifact | TransferResult = from_plain(PolicyArtifact | TransferResult, body, arrays)
-        return found.policy if isinstance(found, TransferResult) else found
+        policy = found.policy if isinstance(found, TransferResult) else found
+        if policy is None:
+            raise ValueError("the transfer had none")
+        return policy
     except Exception as error:  # many kinds, for what is no document, no archive or no policy
         problem = f"holds no policy ({type(error).__name__}: {' '.join(str(error).split())})"
         raise InputError(path, problem, remedy=remedy) from None

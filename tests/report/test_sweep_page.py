@@ -100,7 +100,7 @@ def test_every_body_has_its_line_and_the_last_line_is_the_mean(transfer_page):
         assert twin in text
     assert "rope −10 %, lag 15 ms" in text
     assert "mean 2 15 0.133 85 % worst 85 % 97.5 % worst 97.5 % 75 % worst 75 %" in text
-    assert "Not learned: twin_rope_short from scratch: seed 2" in text
+    assert "Not learned or caught: twin_rope_short from scratch: seed 2" in text
 
 
 def test_a_run_that_failed_is_told_in_plain_text(transfer_page):
@@ -232,3 +232,17 @@ def test_what_makes_a_twin_hard_its_imitation_and_its_proof_are_told(tmp_path):
     assert "to solved imitation caught" in text
     assert "60 95 % 75 … 100" in text
     assert "to solved: seed 2" in text
+
+
+def test_a_comparison_of_imitations_alone_tells_at_which_rollout_they_caught(tmp_path):
+    runs = []
+    for seed, caught_at in enumerate((2, 3, None)):
+        log, path = memory_log(), tmp_path / f"{seed}.mcap"
+        metrics = {"imitation_caught": caught_at is not None, "imitation_caught_at": caught_at}
+        log.finish(path, stage="transfer", settings={}, metrics=metrics)
+        document = {"overrides": ["hardware=hard", f"seed={seed}"], "stages": [{"name": "transfer", "status": "ran"}]}
+        runs.append((document, {"transfer": path}))
+    text = _text(make_sweep_report("made up", runs))
+    assert "imitation caught at all runs 3" in text
+    assert "2.5" in text
+    assert "Not learned or caught: all runs imitation: seed 2" in text

@@ -130,6 +130,16 @@ def test_without_cameras_the_marker_is_followed_and_without_a_motion_none_is_pla
     assert not any(topic == "/transfer/detection" for topic, _, _ in ctx.log.messages)
 
 
+def test_without_a_policy_the_imitation_is_played_alone(still: CatchMotion) -> None:
+    ctx = MemoryContext(3)
+    made = stage().run({"adapt": still}, ctx)
+    assert (made.artifact.policy, made.artifact.rollouts, made.artifact.games) == (None, 0, 0)
+    assert str(made.metrics["imitation"]).startswith("not caught in 2 rollouts")
+    assert made.metrics["imitation_caught_at"] is None
+    assert not {"rollouts", "learned", "games", "caught_rate"} & set(made.metrics)
+    assert not any(topic in ("/transfer/step", "/transfer/rollout") for topic, _, _ in ctx.log.messages)
+
+
 def test_no_twin_is_left_behind(uninterrupted: tuple[StageResult, MemoryContext]) -> None:
     assert not twins()
 

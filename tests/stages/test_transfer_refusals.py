@@ -12,6 +12,7 @@ import pytest
 
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.artifacts.policy import NamedArray, PolicyArtifact
+from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.errors import InputError, StageError
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.stages.transfer import stage as transfer_stage
@@ -113,6 +114,20 @@ def test_a_file_that_holds_no_policy_is_one_clear_line(tmp_path: Path, content: 
     with pytest.raises(InputError, match="holds no policy") as caught:
         stage(dataclasses.replace(SHORT, policy=str(path))).run({}, MemoryContext(0))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.usefixtures("nothing_moves")
+def test_with_neither_motion_nor_policy_there_is_nothing_to_play() -> None:
+    with pytest.raises(StageError, match=r"neither the motion of 'adapt' nor the policy of 'learn'.*nothing was moved"):
+        stage().run({}, MemoryContext(0))
+
+
+@pytest.mark.usefixtures("nothing_moves")
+def test_the_result_of_an_imitation_alone_holds_no_policy(tmp_path: Path) -> None:
+    save_artifact(TransferResult, TransferResult(None, 0, True, 0, 0), tmp_path)
+    settings = dataclasses.replace(SHORT, policy=str(tmp_path / "artifact.json"))
+    with pytest.raises(InputError, match=r"holds no policy .*the transfer had none"):
+        stage(settings).run({}, MemoryContext(0))
 
 
 @pytest.mark.usefixtures("nothing_moves")

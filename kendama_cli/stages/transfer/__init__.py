@@ -9,7 +9,7 @@ from kendama_cli.stages.transfer.messages import TOPICS
 STAGE = StageDeclaration(
     name="transfer",
     title="Transfer to the robot",
-    lead="Continues learning on the hardware, imitates the swing, and plays full games through images.",
+    lead="Imitates the swing on the hardware, continues learning there, and plays full games through images.",
     run="kendama_cli.stages.transfer.stage:Transfer",
     returns="kendama_cli.artifacts.transfer_result:TransferResult",
     settings={"transfer": TransferSettings},
@@ -23,7 +23,11 @@ STAGE = StageDeclaration(
         Headline("success_rate_after", "of swing-ups succeed on {robot}"),
         Headline("caught_rate", "of full games caught on {robot}"),
     ),
-    brief="{caught_rate:.0%} of {games} games caught, {success_rate_after:.0%} swung up",
+    brief=(
+        "{caught_rate:.0%} of {games} games caught, {success_rate_after:.0%} swung up; imitation {imitation}\n"
+        "{caught_rate:.0%} of {games} games caught, {success_rate_after:.0%} swung up\n"
+        "{imitation}"
+    ),
     capped={"rollouts": "learned", "rollouts_from_scratch": "learned_from_scratch", "rollouts_to_solved": "solved"},
     metrics={
         "rollouts": "Number of rollouts that were learned on the robot.",
@@ -39,11 +43,14 @@ STAGE = StageDeclaration(
         "success_rate_before": "Fraction of swing-ups that succeed on the robot before it learns there; 1 is best.",
         "success_rate_after": "Fraction of swing-ups that succeed on the robot after it has learned there; 1 is best.",
         "reverted": "True if learning made the table worse, so that the games used the original one.",
+        "imitation": "Rollout at which the demonstrated swing was caught, and what its plays say of the arm.",
         "imitation_caught": "True if the demonstrated swing was caught on the robot.",
         "imitation_attempts": "Number of attempts at the demonstrated swing, each aimed by those before.",
+        "imitation_caught_at": "Number of the rollout at which the demonstrated swing was caught; fewer is better.",
         "imitation_caught_rate": "Fraction of further plays of the demonstrated swing that were caught; 1 is best.",
         "imitation_rope_scale": "Length of the rope that the failed attempts suggest, relative to the configured one.",
         "servo_lag_s": "Median lag of the arm's joints behind their commands, by which later commands lead.",
+        "servo_sag_mm": "Distance at which the cup would rest from where it is commanded, as the swing begins.",
         "servo_dead_time_s": "Time after which the arm begins to follow a command.",
         "imitation_resized": "True if the motion was adapted again for the rope that the attempts suggest.",
         "games": "Number of full games: swing-up, observed flight and catch.",
@@ -95,9 +102,11 @@ STAGE = StageDeclaration(
         "transfer-tracking": "Delay and root mean square error with which each joint follows its command.",
     },
     methods=(
-        'The policy and the primitive were transferred to the robot "{hardware.kind}", where learning '
-        "resumed for at most {transfer.max_rollouts} rollouts.",
-        "The greedy policy was evaluated in {transfer.evaluation_rollouts} rollouts before and after, then "
-        "{transfer.games} full games were played with observation from {transfer.observation.source}.",
+        'Rollouts of the primitive on the robot "{hardware.kind}", aimed after a miss by where the ball came down: '
+        "{imitation_attempts}.",
+        'The policy was transferred to the robot "{hardware.kind}", where learning resumed for {rollouts} of at most '
+        "{transfer.max_rollouts} rollouts.",
+        "The greedy policy was evaluated in {transfer.evaluation_rollouts} rollouts before and after, then {games} "
+        "full games were played with observation from {transfer.observation.source}.",
     ),
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
@@ -23,12 +25,14 @@ from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.transfer.messages import GameMessage, ImitationMessage, TransferStepMessage
 from kendama_cli.stages.transfer.performance import ahead, aim_panel, error_over_time_panel, shown_game
 
+_SWUNG = "/transfer/imitation/ball"
 _PARTS = (("swung_up", "swung up"), ("predicted", "catch predicted"), ("caught", "caught"))
 
 
 def transfer_figures(log: StageLog) -> list[Figure]:
     """Draw rollouts on the robot; the games; one game in detail; the imitated swing; sent against measured."""
-    own = sent_and_measured(log, *_game_span_s(log))
+    alone = log.table("/transfer/game", GameMessage).empty and not log.table(_SWUNG, FrameTransform).empty
+    own = sent_and_measured(log, "/transfer/imitation" if alone else "/transfer")
     return [*_learning(log), *_all_games(log), *_one_game(log), *_imitated(log), *own]
 
 
@@ -121,15 +125,14 @@ def _imitated(log: StageLog) -> list[Figure]:
     imitated = log.metrics.get("imitation_caught")
     ended = "" if imitated is None else "; it was caught" if imitated else "; it was missed"
     panels = [_imitation(log), aim_panel(log.table("/transfer/imitation/rollout", ImitationMessage))]
-    lag_s = log.metrics.get("servo_lag_s")
-    lags = f" The arm lags {lag_s:.2f} s, by which later commands lead." if isinstance(lag_s, float) and lag_s else ""
+    words = str(log.metrics.get("imitation") or "")
     captions = lettered(
         panels,
         [
             f"The imitated swing on {robot_of(log.settings)} in the swing plane, until shortly after the ball crossed"
             f" the rim plane{ended}. Marks every 60 ms.",
-            "Distance of the ball from the planned cup in each attempt, along x and y; filled: caught. At the lower"
-            f" edge the ball never came over the rim.{lags}",
+            "Distance of the ball from the planned cup in each rollout, along x and y; filled: caught. At the lower"
+            f" edge the ball never came over the rim. {words[:1].upper()}{words[1:]}{'.' if words else ''}",
         ],
     )
     return figure(captions, panels)
@@ -210,7 +213,7 @@ def _games(games: pd.DataFrame) -> tuple[Panel | None, str]:
 
 def _imitation(log: StageLog) -> Panel | None:
     """Return the last attempt of the imitated swing, around the ball's descent through the rim plane."""
-    paths = pair(log, "/transfer/imitation", last_start_s(log.table("/transfer/imitation/ball", FrameTransform)))
+    paths = pair(log, "/transfer/imitation", last_start_s(log.table(_SWUNG, FrameTransform)))
     if paths is None:
         return None
     sizes = Geometry.of(log)
@@ -221,8 +224,13 @@ def _imitation(log: StageLog) -> Panel | None:
     return swing_panel("transfer-imitation", "The imitated swing", paths, sizes, caught_s)
 
 
-def sent_and_measured(log: StageLog, start_s: float, end_s: float) -> list[Figure]:
-    """Return the joints from ``start_s`` to ``end_s``, and delay and rms of each joint over all that was ever sent."""
+def sent_and_measured(log: StageLog, under: str) -> list[Figure]:
+    """Return the joints in one game or, ``under`` /transfer/imitation, in the last rollout of the swing.
+
+    Beside them stand delay and rms of each joint over all that was ever sent.
+    """
+    game = under == "/transfer"
+    start_s, end_s = _game_span_s(log) if game else (last_start_s(log.table(_SWUNG, FrameTransform)), math.inf)
     told = log.messages("/transfer/exchange", JointExchangeMessage)
     if len(told) < 3:
         return []
@@ -230,7 +238,7 @@ def sent_and_measured(log: StageLog, start_s: float, end_s: float) -> list[Figur
     sent, measured = told.column(lambda one: one.sent_rad), told.column(lambda one: one.measured_rad)
     whole = tracking(told.t_s, sent, measured)
     shown = (told.t_s > start_s) & (told.t_s <= end_s)
-    paths = pair(log, "/transfer", start_s, end_s)
+    paths = pair(log, under, start_s, end_s)
     catch_s = None if paths is None else catch_time_s(*paths, Geometry.of(log).cup)
     panels: list[Panel | None] = [
         _angles(told.t_s[shown], (sent[shown], measured[shown]), names, catch_s) if shown.sum() > 1 else None,
@@ -242,8 +250,8 @@ def sent_and_measured(log: StageLog, start_s: float, end_s: float) -> list[Figur
     captions = lettered(
         panels,
         [
-            "Joint angles in one game: as sent (grey, wide) and as measured (coloured). Where a colour leaves the grey,"
-            " that joint lags.",
+            f"Joint angles in {'one game' if game else 'the last rollout of the swing'}: as sent (grey, wide) and as"
+            " measured (coloured). Where a colour leaves the grey, that joint lags.",
             f"Delay of each joint behind its command (bars){spread}, and its rms tracking error: in all (rings), and"
             f" what the delay does not explain (points). From {len(told)} control periods ({minutes} min). A joint that"
             " hardly moved has no bar.",

@@ -22,8 +22,19 @@ from kendama_cli.report.tracks import Array
 from kendama_cli.schema.declaration import Headline
 
 _HEAD = ("body", "seeds", "from Q", "from scratch", "ratio", "frozen, before", "frozen, after", "games caught")
-_ALSO = (("rollouts_to_solved", "to solved"), ("imitation_caught_rate", "imitation caught"))
+_ALSO = (
+    ("rollouts_to_solved", "to solved"),
+    ("imitation_caught_at", "imitation caught at"),
+    ("imitation_caught_rate", "imitation caught"),
+)
 """Metrics that not every pipeline and choice of ``transfer`` has, and the columns that they are told in where there."""
+_FAILED = (
+    ("learned", "from Q"),
+    ("learned_from_scratch", "from scratch"),
+    ("solved", "to solved"),
+    ("imitation_caught", "imitation"),
+)
+"""Metrics that are False where a seed failed, and the words for it."""
 _TWIN: tuple[tuple[str, float | None, Callable[[float], str]], ...] = (
     ("rope_scale", None, lambda value: f"rope {100 * (value - 1):+.0f} %".replace("-", "−")),
     ("rope_kg", 0.0, lambda value: f"rope of {1e3 * value:g} g"),
@@ -54,7 +65,9 @@ def transfer_sweep_figures(runs: Ensemble) -> list[Figure]:
 
 def transfer_table(runs: Ensemble) -> str:
     """Return a line for each group (from Q, from scratch, the frozen table before and after) and the mean of all."""
-    groups = [group for group in runs.groups if len(group.figures("rollouts"))]
+    groups = [
+        group for group in runs.groups if any(len(group.figures(one)) for one in ("rollouts", "imitation_caught"))
+    ]
     if not groups:
         return ""
     also = [(metric, word) for metric, word in _ALSO if any(len(group.figures(metric)) for group in groups)]
@@ -63,7 +76,7 @@ def transfer_table(runs: Ensemble) -> str:
     failed = [
         f"{group.label} {what}: seed {', '.join(seeds)}"
         for group in groups
-        for metric, what in (("learned", "from Q"), ("learned_from_scratch", "from scratch"), ("solved", "to solved"))
+        for metric, what in _FAILED
         if (seeds := [member.seed or "–" for member in group.members if member.log.metrics.get(metric) is False])
     ]
     note = (
@@ -71,7 +84,7 @@ def transfer_table(runs: Ensemble) -> str:
         " means and ratios their 95 % intervals, below success rates the exact 95 % interval over all"
         " trials."
     )
-    note = (f"Not learned: {'; '.join(failed)}. " if failed else "") + note
+    note = (f"Not learned or caught: {'; '.join(failed)}. " if failed else "") + note
     head = (*_HEAD, *(word for _, word in also))
     table = grid(head, rows, name="transfer-rollouts", title="Further rollouts on each body", foot=foot)
     return f'{table}<p class="note">{html.escape(note)}</p>'
@@ -84,9 +97,9 @@ def _row(group: Group, also: Sequence[tuple[str, str]]) -> list[Cell]:
         ratio = with_interval(float(given.mean() / scratch.mean()), ratio_interval(given, scratch))
     return [
         group.cell(_body(group.members[0].log.settings)),
-        Cell(str(len(given))),
-        with_interval(float(given.mean()), mean_interval(given)),
-        with_interval(float(scratch.mean()), mean_interval(scratch)) if len(scratch) else EMPTY,
+        Cell(str(max(len(given), len(group.figures("imitation_caught"))))),
+        _mean(given),
+        _mean(scratch),
         ratio,
         _rate(group, "success_rate_before", "evaluation_rollouts"),
         _rate(group, "success_rate_after", "evaluation_rollouts"),
@@ -98,7 +111,10 @@ def _row(group: Group, also: Sequence[tuple[str, str]]) -> list[Cell]:
 def _further_cell(group: Group, metric: str) -> Cell:
     if metric.endswith("_rate"):
         return _rate(group, metric, "imitation_repeats")
-    values = group.figures(metric)
+    return _mean(group.figures(metric))
+
+
+def _mean(values: Array) -> Cell:
     return with_interval(float(values.mean()), mean_interval(values)) if len(values) else EMPTY
 
 

@@ -111,12 +111,12 @@ class Progress:
     def resumed(
         cls,
         state: Mapping[str, Any] | None,
-        policy: PolicyArtifact,
+        policy: PolicyArtifact | None,
         learn: LearnSettings,
         transfer: TransferSettings,
         rng: np.random.Generator,
     ) -> Progress:
-        """Return the progress of ``state``, or the beginning with ``policy``."""
+        """Return the progress of ``state``, or the beginning with ``policy``; None where nothing is to be learned."""
         if state is not None:
             return cls(state, learn, transfer)
         fresh: dict[str, Any] = {name: [] for name in _RESULTS}

@@ -67,6 +67,16 @@ class TransferSession:
             solids = (*solids, *camera_solids(cameras, history.origin_m))
         self._ctx.log.write("/transfer/scene", self._progress.clock_s, SceneUpdate(solids))
 
+    def learn_and_play(self, policy: PolicyArtifact, settings: GameSettings, hardware: HardwareSettings) -> None:
+        """Evaluate ``policy``, learn on, evaluate again, and play full games; ``hardware`` is what was opened."""
+        progress = self._progress
+        self.evaluate(progress.before, policy, "before")
+        self.learn("table")
+        self.evaluate(progress.after, progress.policy, "after")
+        if self._settings.baseline:
+            self.learn("scratch")
+        self.play(progress.kept(policy), settings, hardware)
+
     def evaluate(self, results: list[bool], policy: PolicyArtifact, name: str) -> None:
         """Run rollouts of the frozen policy and append to ``results`` whether each reached the goal."""
         while len(results) < self._settings.evaluation_rollouts:

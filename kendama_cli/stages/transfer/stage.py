@@ -1,17 +1,14 @@
-"""Transfer: the policy and the primitive on the hardware, learned on, and full games played there."""
+"""Transfer: the primitive imitated on the hardware; with a policy it is learned on, and full games are played there."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.control.game_runner import GameBuilder, GameSetup
 from kendama_cli.control.open_observer import CameraSetup, check_cameras
 from kendama_cli.control.reachable import Surroundings, follow_from_s
@@ -21,6 +18,7 @@ from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.leading import LeadingRobot
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import HardwareError, StageError
+from kendama_cli.identification.servo import cup_sag_m
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.verification import load_policy, verify_policy
 from kendama_cli.robot_model.model import RobotModel
@@ -29,9 +27,10 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.safety import SafetySettings
-from kendama_cli.stages.interface import Metric, StageContext, StageResult
+from kendama_cli.stages.interface import StageContext, StageResult
 from kendama_cli.stages.transfer.imitating import ImitationSession, imitation_over
 from kendama_cli.stages.transfer.progress import Progress
+from kendama_cli.stages.transfer.results import transfer_result, warnings
 from kendama_cli.stages.transfer.session import TransferSession
 from kendama_cli.vision.settings import PredictSettings
 
@@ -40,10 +39,10 @@ if TYPE_CHECKING:
 
 
 class Transfer:
-    """Stage from the PolicyArtifact of ``learn`` to a TransferResult.
+    """Stage from the CatchMotion of ``adapt``, the PolicyArtifact of ``learn``, or both, to a TransferResult.
 
-    It also takes, if there, the CatchMotion of ``adapt`` and the FrictionModel of ``identify``. ``adapt`` and
-    ``safety`` are needed with a CatchMotion: they say how that was made, and what its visual catch has to keep to.
+    It also takes, if there, the FrictionModel of ``identify``. Without a policy it plays the imitation alone. ``adapt``
+    and ``safety`` are needed with a CatchMotion: they say how that was made, and what its visual catch has to keep to.
     """
 
     def __init__(
@@ -75,11 +74,10 @@ class Transfer:
         """
         settings, learn = self._setup.transfer, self._setup.learn
         check_cameras(self._setup.cameras, settings.observation, realtime=False)  # the open robot says whether it is
-        policy: PolicyArtifact = load_policy(settings.policy) if settings.policy else given["learn"]
-        verify_policy(policy, learn, settings.policy or "the stage 'learn'")
+        motion: CatchMotion | None = given.get("adapt")
+        policy = self._policy(given)
         saved = ctx.restore()
         progress = Progress.resumed(saved, policy, learn, settings, ctx.rng("transfer"))
-        motion: CatchMotion | None = given.get("adapt")
         setup = self._setup if motion is None else self._setup.placed_at(motion.placement)
         builder = GameBuilder(setup)
         held: tuple[str, ...] = ()
@@ -105,25 +103,30 @@ class Transfer:
                 try:
                     if motion is not None:
                         imitation.imitate(motion, around, aims)
-                    session.evaluate(progress.before, policy, "before")
-                    session.learn("table")
-                    session.evaluate(progress.after, progress.policy, "after")
-                    if settings.baseline:
-                        session.learn("scratch")
-                    session.play(progress.kept(policy), setup.game, self._hardware)
+                    if policy is not None:
+                        session.learn_and_play(policy, setup.game, self._hardware)
                 except HardwareError:
                     ctx.checkpoint(progress.saved, force=True)  # the next run resumes from before what broke off
                     session.log_broken_off()
                     raise
-        result = TransferResult(
-            policy=progress.kept(policy),
-            rollouts=progress.rollouts(),
-            imitation_caught=any(progress.imitation) if progress.imitation else None,
-            games=len(progress.games),
-            caught=sum(game.caught for game in progress.games),
-        )
-        metrics = transfer_metrics(result, progress, baseline=settings.baseline)
-        return StageResult(result, metrics, warnings=(*held, *_warnings(progress)))
+        sag_m = None
+        if motion is not None and progress.servo is not None:
+            sag_m = cup_sag_m(builder.arm, progress.servo, motion.joints.position_rad[0])
+        result, metrics = transfer_result(progress, policy, baseline=settings.baseline, sag_m=sag_m)
+        return StageResult(result, metrics, warnings=(*held, *warnings(progress)))
+
+    def _policy(self, given: Mapping[str, Any]) -> PolicyArtifact | None:
+        """Return the verified policy, None where there is a motion alone; raises StageError where there is neither."""
+        file = self._setup.transfer.policy
+        policy: PolicyArtifact | None = load_policy(file) if file else given.get("learn")
+        if policy is not None:
+            verify_policy(policy, self._setup.learn, file or "the stage 'learn'")
+        elif "adapt" not in given:
+            raise StageError(
+                "'transfer' is given neither the motion of 'adapt' nor the policy of 'learn'; add one of them to its "
+                "needs in the pipeline; nothing was moved"
+            )
+        return policy
 
     def _around(self, arm: RobotModel, game: GameSettings) -> Surroundings:
         """Return what an imitated motion of ``arm`` is checked against; raises StageError where that was not given."""
@@ -147,51 +150,3 @@ def _aims(setup: GameSetup, motion: CatchMotion, adapt: AdaptSettings, *, now: b
     if now:
         aims()
     return aims
-
-
-def _warnings(progress: Progress) -> Iterator[str]:
-    if progress.reverted():
-        yield (
-            f"learning on made the table worse: {sum(progress.after)} of {len(progress.after)} frozen rollouts succeed "
-            f"after it, {sum(progress.before)} of {len(progress.before)} did before; the games were played with the "
-            "table as it was before, which is also the result"
-        )
-
-
-def transfer_metrics(result: TransferResult, progress: Progress, *, baseline: bool) -> Mapping[str, Metric]:
-    """Return all figures of one transfer, with those of learning from scratch if ``baseline`` asked for it."""
-    games = progress.games
-    errors = [game.error_mm for game in games if game.error_mm is not None]
-    latencies = [game.latency_frames for game in games if game.latency_frames is not None]
-    frames = sum(game.frames for game in games)
-    metrics: dict[str, Metric] = {"rollouts": result.rollouts, "learned": progress.learned()}
-    if (solved := progress.solved()) is not None:
-        metrics["rollouts_to_solved"] = progress.rollouts_to_solved()
-        metrics["solved"] = solved
-    if baseline:
-        metrics["rollouts_from_scratch"] = progress.rollouts("scratch")
-        metrics["learned_from_scratch"] = progress.learned("scratch")
-    metrics |= {
-        "success_rate_before": float(np.mean(progress.before)),
-        "success_rate_after": float(np.mean(progress.after)),
-        "reverted": progress.reverted(),
-        "imitation_caught": result.imitation_caught,
-        "imitation_attempts": len(progress.imitation),
-    }
-    if progress.imitation:
-        metrics["imitation_caught_rate"] = float(np.mean(progress.repeats)) if progress.repeats else None
-    if progress.servo is not None:
-        metrics["servo_lag_s"] = float(np.median(progress.servo.lag_s))
-        metrics["servo_dead_time_s"] = progress.servo.dead_time_s
-    if progress.rope_fit is not None:
-        metrics["imitation_rope_scale"] = progress.rope_fit.rope_scale
-        metrics["imitation_resized"] = progress.rope_fit.resized
-    return metrics | {
-        "games": result.games,
-        "caught_rate": result.caught / result.games,
-        "swung_up_rate": float(np.mean([game.swung_up for game in games])),
-        "prediction_error_mm_p50": float(np.median(errors)) if errors else None,
-        "latency_frames_p95": max(latencies) if latencies else None,
-        "detection_rate": sum(game.seen for game in games) / frames if frames else None,
-        "missed_packets": progress.missed,
-    }

@@ -1,0 +1,112 @@
+"""Result, metrics and warnings of one transfer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.artifacts.transfer_result import TransferResult
+from kendama_cli.stages.interface import Metric
+from kendama_cli.stages.transfer.progress import Progress
+
+
+def transfer_result(
+    progress: Progress, policy: PolicyArtifact | None, *, baseline: bool, sag_m: float | None
+) -> tuple[TransferResult, Mapping[str, Metric]]:
+    """Return what a transfer of ``policy``, if there was one, came to, and its metrics.
+
+    Those of learning from scratch are among them if ``baseline`` asked for it. ``sag_m`` is the servo's at the cup.
+    """
+    result = TransferResult(
+        policy=None if policy is None else progress.kept(policy),
+        rollouts=0 if policy is None else progress.rollouts(),
+        imitation_caught=any(progress.imitation) if progress.imitation else None,
+        games=len(progress.games),
+        caught=sum(game.caught for game in progress.games),
+    )
+    learning = {} if policy is None else _learning(result, progress, baseline=baseline)
+    games = {} if policy is None else _games(result, progress)
+    return result, {**learning, **_imitation(progress, sag_m), **games, "missed_packets": progress.missed}
+
+
+def warnings(progress: Progress) -> Iterator[str]:
+    """Yield a sentence where learning on the robot made the table worse."""
+    if progress.after and progress.reverted():
+        yield (
+            f"learning on made the table worse: {sum(progress.after)} of {len(progress.after)} frozen rollouts succeed "
+            f"after it, {sum(progress.before)} of {len(progress.before)} did before; the games were played with the "
+            "table as it was before, which is also the result"
+        )
+
+
+def _learning(result: TransferResult, progress: Progress, *, baseline: bool) -> dict[str, Metric]:
+    metrics: dict[str, Metric] = {"rollouts": result.rollouts, "learned": progress.learned()}
+    if (solved := progress.solved()) is not None:
+        metrics["rollouts_to_solved"] = progress.rollouts_to_solved()
+        metrics["solved"] = solved
+    if baseline:
+        metrics["rollouts_from_scratch"] = progress.rollouts("scratch")
+        metrics["learned_from_scratch"] = progress.learned("scratch")
+    return metrics | {
+        "success_rate_before": float(np.mean(progress.before)),
+        "success_rate_after": float(np.mean(progress.after)),
+        "reverted": progress.reverted(),
+    }
+
+
+def _imitation(progress: Progress, sag_m: float | None) -> dict[str, Metric]:
+    attempts, servo = progress.imitation, progress.servo
+    metrics: dict[str, Metric] = {"imitation_caught": None}
+    if attempts:
+        caught_at = attempts.index(True) + 1 if any(attempts) else None
+        lag_s = 0.0 if servo is None else float(np.median(servo.lag_s))
+        metrics = {
+            "imitation": imitation_words(caught_at, len(attempts), lag_s=lag_s, sag_m=sag_m or 0.0),
+            "imitation_caught": caught_at is not None,
+            "imitation_caught_at": caught_at,
+            "imitation_attempts": len(attempts),
+        }
+        metrics["imitation_caught_rate"] = float(np.mean(progress.repeats)) if progress.repeats else None
+    if servo is not None:
+        metrics["servo_lag_s"] = float(np.median(servo.lag_s))
+        metrics["servo_dead_time_s"] = servo.dead_time_s
+        metrics["servo_sag_mm"] = None if sag_m is None else 1e3 * sag_m
+    if progress.rope_fit is not None:
+        metrics["imitation_rope_scale"] = progress.rope_fit.rope_scale
+        metrics["imitation_resized"] = progress.rope_fit.resized
+    return metrics
+
+
+ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
+
+
+def imitation_words(caught_at: int | None, attempts: int, *, lag_s: float, sag_m: float) -> str:
+    """Return the rollout at which the swing was caught, and the servo's lag and sag where it has some, in words."""
+    if caught_at is None:
+        caught = f"not caught in {attempts} rollout{'s' if attempts > 1 else ''}"
+    else:
+        caught = f"caught at {f'the {ORDINALS[caught_at - 1]} rollout' if caught_at <= 10 else f'rollout {caught_at}'}"
+    servo = [f"lags {lag_s:.2g} s"] if lag_s >= SHOWN_LAG_S else []
+    servo += [f"sags {1e3 * sag_m:.0f} mm"] if sag_m >= SHOWN_SAG_M else []
+    return caught + (f"; the arm {' and '.join(servo)}" if servo else "")
+
+
+SHOWN_LAG_S, SHOWN_SAG_M = 0.005, 0.001
+"""A smaller lag and sag of the servo are not worth a word."""
+
+
+def _games(result: TransferResult, progress: Progress) -> dict[str, Metric]:
+    games = progress.games
+    errors = [game.error_mm for game in games if game.error_mm is not None]
+    latencies = [game.latency_frames for game in games if game.latency_frames is not None]
+    frames = sum(game.frames for game in games)
+    return {
+        "games": result.games,
+        "caught_rate": result.caught / result.games,
+        "swung_up_rate": float(np.mean([game.swung_up for game in games])),
+        "prediction_error_mm_p50": float(np.median(errors)) if errors else None,
+        "latency_frames_p95": max(latencies) if latencies else None,
+        "detection_rate": sum(game.seen for game in games) / frames if frames else None,
+    }
