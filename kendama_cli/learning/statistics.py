@@ -32,6 +32,8 @@ class LearningCount:
     """Whether the last rollout was a greedy one that failed."""
     explored_in_a_row: int = 0
     """Exploring rollouts since the last greedy one."""
+    ended: bool = False
+    """Whether the learner takes no more rollouts, though none of the rule's ends is reached."""
 
     def after(self, *, explored: bool, success: bool, settings: CountSettings) -> LearningCount:
         """Return the count after one more rollout."""
@@ -60,8 +62,8 @@ class LearningCount:
         return max(1, min(settings.solved_streak - self.streak, settings.max_rollouts - self.rollouts))
 
     def finished(self, settings: CountSettings) -> bool:
-        """Return True if learning is over: the streak is long enough to freeze, or the cap is reached."""
-        return self.streak >= settings.solved_streak or self.rollouts >= settings.max_rollouts
+        """Return True if learning is over: the streak is long enough to freeze, or the cap or its end is reached."""
+        return self.ended or self.streak >= settings.solved_streak or self.rollouts >= settings.max_rollouts
 
     @property
     def learned(self) -> bool:

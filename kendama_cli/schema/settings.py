@@ -105,7 +105,7 @@ def _choices(annotation: Any) -> dict[str, Callable[[], type]]:
     if not (dataclasses.is_dataclass(annotation) and isinstance(annotation, type)):
         return {}
     kind = typing.get_type_hints(annotation).get("kind")
-    names = typing.get_args(kind) if kind else (annotation.__name__,)
+    names = typing.get_args(kind) or (annotation.__name__,)
     return {str(name): partial(_same, annotation) for name in names}
 
 

@@ -22,7 +22,7 @@ from kendama_cli.pipeline.where import with_executor
 from tests.docs import output
 
 ROOT = Path(__file__).resolve().parents[2]
-# these pages show parts of examples/bench and examples/springs, which are not installed here; tests/plugin runs them
+# these pages show parts of examples/bench, agents and springs, which are not installed here; tests/plugin runs them
 FILES = {
     "setup.yaml": "{}\n",
     "conf/capture/take.yaml": "kind: file\npath: take.csv\n",
@@ -32,7 +32,7 @@ FILES = {
     "conf/safety/lab.yaml": "defaults: [default]\n",
 }
 """Files that the pages let a laboratory write."""
-OF_A_PACKAGE = re.compile(r"add-a-|write-a-package|interact-controller")
+OF_A_PACKAGE = re.compile(r"add-a-|bring-an-agent|write-a-package|interact-controller")
 PAGES = [
     ROOT / "README.md",
     *sorted(path for path in (ROOT / "docs").rglob("*.md") if not OF_A_PACKAGE.match(path.name)),

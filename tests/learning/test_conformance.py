@@ -17,7 +17,17 @@ from kendama_cli.learning.settings import LEARNERS, LearnSettings
 from kendama_cli.learning.state import SwingState
 from tests.learning.settings_files import learn_settings
 
-OURS = ("sarsa", "random_replay", "random", "energy_pumping", "open_loop", "dyna", "tile_coding", "model_based")
+OURS = (
+    "agent",
+    "sarsa",
+    "random_replay",
+    "random",
+    "energy_pumping",
+    "open_loop",
+    "dyna",
+    "tile_coding",
+    "model_based",
+)
 
 
 @pytest.mark.parametrize("check", conformance.CHECKS)

@@ -36,7 +36,7 @@ def laboratory(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def kendama(laboratory: Path, *words: str) -> subprocess.CompletedProcess[str]:
+def kendama(laboratory: Path, *words: str, timeout_s: float = 240) -> subprocess.CompletedProcess[str]:
     environment = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "KENDAMA"))}
     return subprocess.run(
         [laboratory / "venv" / "bin" / "kendama", *words],
@@ -45,7 +45,7 @@ def kendama(laboratory: Path, *words: str) -> subprocess.CompletedProcess[str]:
         capture_output=True,
         text=True,
         check=False,
-        timeout=240,
+        timeout=timeout_s,
     )
 
 

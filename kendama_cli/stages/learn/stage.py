@@ -43,9 +43,10 @@ class Learn:
         random_success_rate(self._settings, self._game)
         environment, _ = self._environments()
         learner = begin_learner(self._settings)
-        rng = np.random.default_rng(0)
-        learner.begin_rollout(rng)
-        environment.roll_out(learner, environment.noise(rng))
+        if learner.decides_on_bins:  # others have no compiled code, and threads of their own would be forked
+            rng = np.random.default_rng(0)
+            learner.begin_rollout(rng)
+            environment.roll_out(learner, environment.noise(rng))
 
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Learn by the counting rule of kendama_cli/learning/statistics.py, then evaluate the frozen policy.

@@ -1,0 +1,1 @@
+"""Agents that know Gymnasium's interface and nothing of kendama."""
