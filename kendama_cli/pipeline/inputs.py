@@ -13,6 +13,7 @@ import shlex
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from kendama_cli.errors import ConfigError, MissingPartError, install_line
@@ -22,7 +23,7 @@ from kendama_cli.schema.hints import listed
 from kendama_cli.schema.listed_file import listed_file
 from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.registry import resolve
-from kendama_cli.schema.settings import input_files
+from kendama_cli.schema.settings import input_fields
 from kendama_cli.store import durable
 
 PACKAGE = "package://"
@@ -49,7 +50,7 @@ def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
             changed[field.name] = resolve_files(value, path, roots)
         elif isinstance(value, str):
             several = "tuple" in str(field.type)
-            found = _find(value, path, roots, several=several, made_by=field.metadata.get("made_by"))
+            found = _find(value, path, roots, several=several, facts=field.metadata)
             changed[field.name] = found if several or len(found) > 1 else found[0]
         elif value is not None:
             changed[field.name] = tuple(name for item in value for name in _find(item, path, roots, several=True))
@@ -92,10 +93,9 @@ def file_contents(settings: Any, index: FileIndex) -> dict[str, dict[str, str]]:
     A file that a table lists stands beside that table; any other beside itself.
     """
     found = {}
-    listing = input_files(settings, among="lists_images")
-    for key, value in input_files(settings).items():
+    for _, value, facts in input_fields(settings):
         for one in map(Path, value):
-            for path in (one, *_with(one, index, images=key in listing)):
+            for path in (one, *_with(one, index, facts)):
                 digest = str(index.facts(path, "content", durable.file_sha256))
                 found[str(path)] = {"sha256": digest, "beside": str(one)}
     return found
@@ -112,20 +112,22 @@ def read_files(settings: Mapping[str, Mapping[str, Any]], known: Remembered) -> 
 
 def _contents(value: str | tuple[str, ...] | None, facts: Mapping[str, Any], index: FileIndex) -> list[str]:
     given = [Path(path) for path in ([] if value is None else [value] if isinstance(value, str) else value)]
-    rest = [path for one in given for path in _with(one, index, images=bool(facts.get("lists_images")))]
+    rest = [path for one in given for path in _with(one, index, facts)]
     # the name counts beside the content: demonstrations are called by their files, or their bags
     named = [(f"{one.parent.name}/" if one.name == BAG_FACTS else "", one) for one in (*given, *rest)]
     return [f"{bag}{one.name} {index.facts(one, 'content', durable.file_sha256)}" for bag, one in named]
 
 
-def _with(path: Path, index: FileIndex, *, images: bool) -> list[Path]:
-    """Return the files that belong to ``path``: the rest of its bag, or the images that it lists."""
+def _with(path: Path, index: FileIndex, facts: Mapping[str, Any]) -> list[Path]:
+    """Return the files that belong to ``path``: the rest of its bag, the images that it lists, or what it brings."""
+    if brings := facts.get("brings"):
+        return list(resolve(brings, str(path))(path))
     if path.name == BAG_FACTS:
         for name in index.facts(path, "bag", _bag_files):
             listed_file(path, name, "relative_file_paths")  # the reader follows it
         names = sorted(one.name for one in path.parent.iterdir() if one.is_file() and one != path)
         return [listed_file(path, name, "beside it") for name in names]
-    return _images(path, index) if images else []
+    return _images(path, index) if facts.get("lists_images") else []
 
 
 def _bag_files(path: Path) -> list[str]:
@@ -162,13 +164,15 @@ def _listed(path: Path) -> list[tuple[str, int]]:
 
 
 def _find(
-    pattern: str, key: str, roots: Sequence[Path], *, several: bool, made_by: str | None = None
+    pattern: str, key: str, roots: Sequence[Path], *, several: bool, facts: Mapping[str, Any] = MappingProxyType({})
 ) -> tuple[str, ...]:
     expanded = Path(os.path.expanduser(_in_package(pattern, key) if pattern.startswith(PACKAGE) else pattern))
     for root in [Path("/")] if expanded.is_absolute() else roots:
         plain = root / expanded
         if (one := _file_or_bag(plain)) is not None:
             return (str(one.resolve()),)
+        if plain.is_dir() and (choose := facts.get("in_folder")):
+            return (_meant(resolve(choose, key)(plain), pattern, key),)
         if plain.is_dir():
             bag = any(plain.glob("*.db3*")) or any(plain.glob("*.mcap*"))
             no_bag = f" (a ROS 2 bag without its {BAG_FACTS}: 'ros2 bag reindex' makes it)" if bag else ""
@@ -181,10 +185,19 @@ def _find(
                 raise ConfigError(key, f"{key}: the file name {name!a} is not UTF-8 text; rename the file")
         if found:
             return tuple(str(Path(name).resolve()) for name in found)
+    made_by = facts.get("made_by")
     remedy = f"; {made_by}" if made_by else _nearest_file(expanded, key, roots)
     problem = f"{key}: no such file '{pattern}'"
     places = [str(root) for root in roots]
     raise ConfigError(key, problem + remedy if expanded.is_absolute() else listed(problem, remedy, places, "looked in"))
+
+
+def _meant(files: Sequence[Path], pattern: str, key: str) -> str:
+    """Return the one file that is meant by a folder; raises ConfigError where there are others, or none."""
+    if len(files) == 1:
+        return str(files[0].resolve())
+    types = "; type " + " or ".join(shlex.quote(f"{key}={Path(pattern) / one.name}") for one in files)
+    raise ConfigError(key, f"{key}: '{pattern}' has {len(files)} such files{types if files else ''}")
 
 
 def _in_folder(folder: Path, pattern: str, key: str, *, several: bool) -> str:

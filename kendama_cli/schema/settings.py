@@ -34,16 +34,21 @@ def setting(
     file: bool = False,
     lists_images: bool = False,
     made_by: str | None = None,
+    in_folder: str | None = None,
+    brings: str | None = None,
     absent: Any = ...,
 ) -> Any:
     """Declare one field: its meaning with the unit, its range, and whether it names input files.
 
     A ``file`` field enters a stage's key by the content of the files, never by their path; where one is a table that
     ``lists_images``, the images in its column ``file`` do too. ``made_by`` says what makes such files, for where there
-    are none. ``absent`` is what a file or code from before there was this field means.
+    are none. ``in_folder`` and ``brings`` name functions (``module:function``) of a path: the files of a folder that
+    may be meant, and the other files that a file reads, which enter the key too. ``absent`` is what a file or code
+    from before there was this field means.
     """
     facts: dict[str, object] = {"doc": doc, "above": above, "at_least": at_least, "below": below, "at_most": at_most}
     facts |= {"file": file, "lists_images": lists_images, "made_by": made_by}
+    facts |= {"in_folder": in_folder, "brings": brings}
     metadata = {name: value for name, value in facts.items() if value is not None and value is not False}
     if absent is ...:
         return dataclasses.field(metadata=metadata)
@@ -119,18 +124,24 @@ def _same(schema: type) -> type:
     return schema
 
 
-def input_files(settings: Any, key: str = "", *, among: str = "file") -> dict[str, tuple[str, ...]]:
-    """Return the values of every ``file`` field below ``settings``, or of those that have ``among``, by dotted key."""
-    found: dict[str, tuple[str, ...]] = {}
+def input_files(settings: Any, key: str = "") -> dict[str, tuple[str, ...]]:
+    """Return the values of every ``file`` field below ``settings`` by dotted key."""
+    return {path: values for path, values, _ in input_fields(settings, key)}
+
+
+def input_fields(settings: Any, key: str = "") -> list[tuple[str, tuple[str, ...], Mapping[str, Any]]]:
+    """Return the dotted key, the values and the declaration of every ``file`` field below ``settings``."""
+    found: list[tuple[str, tuple[str, ...], Mapping[str, Any]]] = []
     if not dataclasses.is_dataclass(settings):
         return found
     for field in dataclasses.fields(settings):
         value = getattr(settings, field.name)
         path = _join(key, field.name)
         if not field.metadata.get("file"):
-            found |= input_files(value, path, among=among)
-        elif field.metadata.get(among):
-            found[path] = () if value is None else (value,) if isinstance(value, str) else tuple(value)
+            found += input_fields(value, path)
+        else:
+            values = () if value is None else (value,) if isinstance(value, str) else tuple(value)
+            found.append((path, values, field.metadata))
     return found
 
 

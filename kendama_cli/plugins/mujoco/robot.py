@@ -16,6 +16,8 @@ from kendama_cli.physics.taut_rope import stretch_m
 from kendama_cli.plugins.mujoco.arm import MujocoArm, build_arm
 from kendama_cli.plugins.mujoco.library import mujoco
 from kendama_cli.plugins.mujoco.settings import MujocoHardware
+from kendama_cli.plugins.mujoco.urdf import joint_range
+from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings, SideTie
@@ -41,7 +43,7 @@ class MujocoRobot:
         arm = RobotModel(robot, game.cup, game.gravity_m_s2)
         self.arm = build_arm(hardware.model, robot, game, arm, hardware.timestep_s)
         self.joint_names = arm.joint_names
-        self.limits = arm.limits
+        self.limits = _narrowed(arm.limits, self.arm)
         self._steps = round(hardware.control_period_s / hardware.timestep_s)
         self.period_s = hardware.control_period_s
         self.missed = 0
@@ -107,6 +109,14 @@ class MujocoRobot:
             cup_in_world_m=state.cup_in_world_m + self._rng.normal(0.0, tracked, 3),
             ball_in_world_m=state.ball_in_world_m + self._rng.normal(0.0, tracked, 3),
         )
+
+
+def _narrowed(limits: JointLimits, arm: MujocoArm) -> JointLimits:
+    """Return ``limits`` with the angles that the model's joints and actuators reach, where these are less."""
+    lower, upper = np.array([joint_range(arm.model, joint) for joint in arm.joints.joint.tolist()]).T
+    return dataclasses.replace(
+        limits, lower_rad=np.maximum(limits.lower_rad, lower), upper_rad=np.minimum(limits.upper_rad, upper)
+    )
 
 
 class MujocoWorld:

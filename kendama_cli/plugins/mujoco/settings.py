@@ -14,9 +14,15 @@ class MujocoHardware:
     """An arm of a MuJoCo model with its own actuators, as a process of its own behind UDP on loopback, in lockstep."""
 
     moves: ClassVar[bool] = False
+    read_by: ClassVar[str] = "kendama_cli.plugins.mujoco.files:read_lines"
 
     kind: Literal["mujoco"]
-    model: str = setting("MJCF model, with actuators, of the arm that 'robot' describes.", file=True)
+    model: str = setting(
+        "MJCF model, with actuators, of the arm that 'robot' describes; or a folder of MuJoCo Menagerie.",
+        file=True,
+        in_folder="kendama_cli.plugins.mujoco.files:arm_files",
+        brings="kendama_cli.plugins.mujoco.files:brought_files",
+    )
     timestep_s: float = setting("Time step of MuJoCo, in place of the model's own [s].", above=0, at_most=0.002)
     control_period_s: float = setting("Period of one position command, in whole time steps [s].", above=0, at_most=0.02)
     settle_s: float = setting("Before a rollout, the arm must come to rest within this time [s].", above=0, at_most=60)
