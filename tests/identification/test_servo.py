@@ -8,6 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
+from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.artifacts.servo_model import ServoModel
 from kendama_cli.control.imitation import Played, play_motion
 from kendama_cli.devices.robot.leading import LeadingRobot
@@ -112,7 +113,7 @@ def test_the_twins_lag_is_found_and_its_cup_then_follows_the_plan() -> None:
     assert robot.servo is not None
     assert float(np.median(robot.servo.lag_s)) == pytest.approx(0.12, rel=0.04)
     assert path_error_m(first) > 0.07
-    assert path_error_m(played(robot)) < 0.004  # 3.0 mm measured: a dead time counts in whole periods of 4 ms
+    assert path_error_m(played(robot)) < 0.004  # 1.8 mm measured: a dead time counts in whole periods of 4 ms
 
 
 def test_the_command_of_an_arm_that_follows_passes_unchanged() -> None:
@@ -134,3 +135,23 @@ def test_a_servo_of_other_joints_is_refused_before_anything_moves() -> None:
     servo = found(ARM, motion(), lagging(motion(), 0.1), PERIOD_S)
     with pytest.raises(StageError, match="identify it again; nothing was moved"):
         robot.lead(dataclasses.replace(servo, joint_names=tuple(f"other{j}" for j in range(7))))
+
+
+def stepped(seconds: float = 2.4, push_rad_s2: float = 1.5) -> JointTrajectory:
+    """Motion of the first joint whose acceleration turns about every 0.4 s, as a swing-up's does."""
+    t_s = np.arange(round(seconds / PERIOD_S)) * PERIOD_S
+    rows = np.zeros((3, len(t_s), 7))
+    rows[2, :, 0] = push_rad_s2 * np.where(t_s % 0.8 < 0.4, 1.0, -1.0)
+    rows[1] = PERIOD_S * np.cumsum(rows[2], axis=0)
+    rows[0] = ARM.home_rad + PERIOD_S * np.cumsum(rows[1] - 0.5 * PERIOD_S * rows[2], axis=0)
+    return JointTrajectory(ARM.joint_names, t_s, *rows)
+
+
+def test_what_a_limit_cuts_of_a_step_of_the_acceleration_is_caught_up_with() -> None:
+    robot = leading(0.12, 0.010)
+    fitted(robot, played(robot))
+    one = play_motion(robot, stepped(), tau_scale=1.0, seed=1)
+    measured = np.array([each.state.position_rad[0] for each in one.exchanges[1:]])
+    error = np.abs(measured - one.joints.position_rad[:, 0])
+    settled = (one.joints.t_s % 0.4 > 0.3) & (one.joints.t_s < 2.4)
+    assert error[settled].max() < 0.002  # 0.7 mrad measured; 6.5 where the position cut at the step stays missing

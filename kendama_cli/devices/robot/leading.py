@@ -9,16 +9,18 @@ from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, W
 from kendama_cli.errors import StageError
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.drive_kernel import POSITION, VELOCITY, Drive
 
 
 class LeadingRobot(WrappedRobot):
     """``robot`` with every command led, so that the joints are where the commander wants them; unchanged without servo.
 
-        u = p + T p' + s tau(p, p', p'') + c,   p = q + d q' + d^2 q'' / 2
+        u = p + T p' + s tau(p, p', p'') + c,  p = q + d q' + d^2 q'' / 2 + d^3 q''' / 6
 
-    and its velocity u' = p' + T q'' and acceleration u'' = q'' + T q''' likewise, with q''' from the last two
-    commanded accelerations. The robot's own limits bound what it is sent. ``servo`` may be given later: at rest, before
-    a ``reset``. ``arm`` computes the torques tau.
+    and its velocity u' = p' + T p'' and acceleration u'' = p'' + T q''' likewise, with q''' from the last two
+    commanded accelerations. Where the robot's limits forbid u, what is sent follows it as they allow (Drive): a step
+    of the acceleration is a peak in u, and what was cut of it is caught up with. ``servo`` may be given later: at rest,
+    before a ``reset``. ``arm`` computes the torques tau.
     """
 
     def __init__(self, robot: Robot, arm: RobotModel) -> None:
@@ -26,6 +28,7 @@ class LeadingRobot(WrappedRobot):
         self._arm = arm
         self._servo: ServoModel | None = None
         self._last: Array = np.zeros(len(robot.joint_names))
+        self._drive = Drive(robot.limits, robot.period_s)
 
     @property
     def servo(self) -> ServoModel | None:
@@ -46,15 +49,17 @@ class LeadingRobot(WrappedRobot):
         servo = self._servo
         if servo is None:
             return self._robot.exchange(command)
-        dead_s, lag_s, change = servo.dead_time_s, servo.lag_s, command.acceleration_rad_s2
-        velocity = command.velocity_rad_s + dead_s * change
-        position = command.position_rad + dead_s * command.velocity_rad_s + 0.5 * dead_s**2 * change
-        jerk = (change - self._last) / self.period_s
-        self._last = change
+        dead_s, lag_s = servo.dead_time_s, servo.lag_s
+        jerk = (command.acceleration_rad_s2 - self._last) / self.period_s
+        self._last = command.acceleration_rad_s2
+        taylor = np.array([1.0, dead_s, dead_s**2 / 2, dead_s**3 / 6])
+        motion = np.array([command.position_rad, command.velocity_rad_s, command.acceleration_rad_s2, jerk])
+        position, velocity, change = (taylor[: 4 - order] @ motion[order:] for order in range(3))
         ahead = position + lag_s * velocity + self._sag(servo, position, velocity, change)
-        return self._robot.exchange(
-            JointCommand(ahead, velocity + lag_s * change, change + lag_s * jerk, command.effort_nm)
-        )
+        pushed = change + lag_s * jerk
+        self._drive.follow(ahead, velocity + lag_s * change, pushed)
+        position, velocity = self._drive.state[[POSITION, VELOCITY]]
+        return self._robot.exchange(JointCommand(position, velocity, pushed, command.effort_nm))
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
         """Reset the robot to where it rests at ``position_rad`` (n,) in spite of its sag."""
@@ -62,7 +67,9 @@ class LeadingRobot(WrappedRobot):
         if self._servo is None:
             return self._robot.reset(position_rad, seed)
         still = np.zeros_like(self._last)
-        return self._robot.reset(position_rad + self._sag(self._servo, position_rad, still, still), seed)
+        start = position_rad + self._sag(self._servo, position_rad, still, still)
+        self._drive.reset(start)
+        return self._robot.reset(start, seed)
 
     def _sag(self, servo: ServoModel, position: Array, velocity: Array, change: Array) -> Array:
         if not servo.sag_rad_nm.any():

@@ -43,7 +43,7 @@ class MujocoRobot:
         arm = RobotModel(robot, game.cup, game.gravity_m_s2)
         self.arm = build_arm(hardware.model, robot, game, arm, hardware.timestep_s)
         self.joint_names = arm.joint_names
-        self.limits = _narrowed(arm.limits, self.arm)
+        self.limits = _command_limits(arm.limits, self.arm, hardware.control_period_s)
         self._steps = round(hardware.control_period_s / hardware.timestep_s)
         self.period_s = hardware.control_period_s
         self.missed = 0
@@ -111,11 +111,18 @@ class MujocoRobot:
         )
 
 
-def _narrowed(limits: JointLimits, arm: MujocoArm) -> JointLimits:
-    """Return ``limits`` with the angles that the model's joints and actuators reach, where these are less."""
+def _command_limits(limits: JointLimits, arm: MujocoArm, period_s: float) -> JointLimits:
+    """Return ``limits`` of what the servos take: the angles that joints and actuators reach, where these are less.
+
+    The speed of a command may turn about within a period. An acceleration is a limit of the joint: a command that leads
+    a servo of lag T accelerates by T q''' more than the joint does, and MJCF limits neither.
+    """
     lower, upper = np.array([joint_range(arm.model, joint) for joint in arm.joints.joint.tolist()]).T
     return dataclasses.replace(
-        limits, lower_rad=np.maximum(limits.lower_rad, lower), upper_rad=np.minimum(limits.upper_rad, upper)
+        limits,
+        lower_rad=np.maximum(limits.lower_rad, lower),
+        upper_rad=np.minimum(limits.upper_rad, upper),
+        acceleration_rad_s2=2.0 * limits.velocity_rad_s / period_s,
     )
 
 
