@@ -13,6 +13,8 @@ Triple = tuple[float, float, float]
 Source = Literal["rendered", "recorded", "live"]
 LensKind = Literal["radial"]
 CAMERAS = Registry("kendama.cameras", "camera")
+STREAMS = ("http", "https", "rtsp", "rtsps", "tcp", "udp")
+"""Schemes of a stream's address; OpenCV would open files and lists of addresses as well."""
 
 
 @dataclass(frozen=True)
@@ -208,8 +210,19 @@ class DeviceCamera(CameraRig):
 
     kind: Literal["device"] = setting("The images come from live cameras.")
     indices: tuple[int, ...] = setting("OpenCV device index of every camera.", at_least=0)
+    addresses: tuple[str, ...] = setting(
+        "Address of every camera's stream, such as rtsp://host/video or http://host/video; empty takes indices. "
+        "A run stores it, with a password in it."
+    )
     rate_hz: float = setting("Requested images per second [Hz].", above=0)
     latency_s: float = setting("Delay from the middle of the exposure to the arrival of the image [s].", at_least=0)
+
+    def __post_init__(self) -> None:
+        for address in self.addresses:
+            if address.partition("://")[0] not in STREAMS or "://" not in address:
+                raise ConfigError(
+                    "addresses", f"'addresses' has '{address}'; an address begins with {', '.join(STREAMS)} and ://"
+                )
 
 
 class CameraSettingsNode(Protocol):

@@ -1,10 +1,11 @@
-"""Live cameras through OpenCV."""
+"""Live cameras through OpenCV: devices of this machine, and streams by their addresses."""
 
 from __future__ import annotations
 
 import math
 import threading
 from collections.abc import Callable, Sequence
+from urllib.parse import urlsplit
 
 import cv2
 import numpy as np
@@ -27,12 +28,18 @@ from kendama_cli.vision.cameras.region import Region
 def open_device(
     settings: DeviceCamera, models: Sequence[CameraModel], clock: Callable[[], float], scene: SceneSource | None
 ) -> list[DeviceCameraBlock]:
-    """Open devices, see OpenCameras; raises ConfigError unless there is one index per camera, MissingPartError."""
-    require_one_each("camera.indices", settings.indices, "an OpenCV device index", len(models))
+    """Open devices or streams, see OpenCameras.
+
+    Raises ConfigError unless there is one index or address per camera, MissingPartError where none answers.
+    """
+    if settings.addresses:
+        require_one_each("camera.addresses", settings.addresses, "a stream's address", len(models))
+    else:
+        require_one_each("camera.indices", settings.indices, "an OpenCV device index", len(models))
     opened: list[DeviceCameraBlock] = []
     try:
-        for model, index in zip(models, settings.indices, strict=True):
-            opened.append(DeviceCameraBlock(model, index, settings, clock=clock))
+        for model, source in zip(models, settings.addresses or settings.indices, strict=True):
+            opened.append(DeviceCameraBlock(model, source, settings, clock=clock))
     except BaseException:
         for camera in opened:
             camera.close()
@@ -40,36 +47,47 @@ def open_device(
     return opened
 
 
-class DeviceCameraBlock:
-    """A thread keeps the newest frame of one device; its stamp is the arrival less the settings' latency.
+STREAM_TIMEOUT_S = 3.0
+"""A stream that is silent for so long has broken off."""
 
-    An image that equals the one before it byte for byte is that one again, and keeps its stamp.
+
+def open_capture(source: int | str) -> cv2.VideoCapture:
+    """Open a device by its index, or a stream by its address."""
+    if isinstance(source, int):
+        return cv2.VideoCapture(source)
+    timeout_ms = round(1e3 * STREAM_TIMEOUT_S)
+    timeouts = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, timeout_ms, cv2.CAP_PROP_READ_TIMEOUT_MSEC, timeout_ms]
+    return cv2.VideoCapture(source, cv2.CAP_FFMPEG, timeouts)
+
+
+class DeviceCameraBlock:
+    """A thread keeps the newest frame of one ``source``; its stamp is the arrival less the settings' latency.
+
+    An image that equals the one before it byte for byte is that one again, and keeps its stamp. A stream that broke
+    off is opened anew.
     Raises MissingPartError where no such camera answers, HardwareError where its images do not fit the calibration.
     """
 
     def __init__(
         self,
         model: CameraModel,
-        index: int,
+        source: int | str,
         settings: DeviceCamera,
         *,
         clock: Callable[[], float],
-        open_device: Callable[[int], cv2.VideoCapture] = cv2.VideoCapture,
+        open_device: Callable[[int | str], cv2.VideoCapture] = open_capture,
     ) -> None:
-        self.model = model
+        self.model, self._source, self._open = model, source, open_device
         self._clock, self._latency_s = clock, settings.latency_s
         self._region = RegionOfInterest(model)
-        self._capture = open_device(index)
+        self._capture = open_device(source)
         if not self._capture.isOpened():
             self._capture.release()
-            raise MissingPartError(
-                f"camera {index}",
-                f"camera=device: no camera answers at index {index} (camera.indices); connect one, check the access "
-                f"to /dev/video{index}, or use camera=virtual",
-            )
-        self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, model.width_px)
-        self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, model.height_px)
-        self._capture.set(cv2.CAP_PROP_FPS, settings.rate_hz)
+            raise _missing(source)
+        if isinstance(source, int):
+            self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, model.width_px)
+            self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, model.height_px)
+            self._capture.set(cv2.CAP_PROP_FPS, settings.rate_hz)
         self._newest: tuple[float, NDArray[np.uint8]] | None = None
         self._doubled = 0
         self._stop, self._arrived = threading.Event(), threading.Event()
@@ -118,7 +136,7 @@ class DeviceCameraBlock:
 
     def close(self) -> None:
         self._stop.set()
-        self._thread.join(timeout=2.0)
+        self._thread.join(timeout=2.0 + STREAM_TIMEOUT_S)
         self._capture.release()
 
     def _grab(self) -> None:
@@ -127,6 +145,9 @@ class DeviceCameraBlock:
             if not good:
                 if self._stop.wait(0.005):
                     return
+                if isinstance(self._source, str):
+                    self._capture.release()
+                    self._capture = self._open(self._source)
                 continue
             arrived_s, newest = self._clock(), self._newest
             if newest is not None and np.array_equal(newest[1], pixels):  # noise makes every real image another one
@@ -134,3 +155,19 @@ class DeviceCameraBlock:
                 continue
             self._doubled, self._newest = 0, (arrived_s - self._latency_s, np.asarray(pixels, dtype=np.uint8))
             self._arrived.set()
+
+
+def _missing(source: int | str) -> MissingPartError:
+    if isinstance(source, int):
+        return MissingPartError(
+            f"camera {source}",
+            f"camera=device: no camera answers at index {source} (camera.indices); connect one, check the access "
+            f"to /dev/video{source}, or use camera=virtual",
+        )
+    parts = urlsplit(source)
+    shown = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}{parts.path}"  # without a password
+    return MissingPartError(
+        f"camera {shown}",
+        f"camera=device: no stream at {shown} (camera.addresses); see that the camera is on, and that another program "
+        "of this machine shows it",
+    )

@@ -39,7 +39,12 @@ def watch(settings: CameraSettings, seconds: float, region: Region | None) -> Br
     if not isinstance(settings, DeviceCamera):
         raise ConfigError("camera", f"'camera' is '{settings.kind}'; only a live camera has a delay: camera=device")
     alone = dataclasses.replace(
-        settings, latency_s=0.0, cameras=settings.cameras[:1], indices=settings.indices[:1], calibration=None
+        settings,
+        latency_s=0.0,
+        cameras=settings.cameras[:1],
+        indices=settings.indices[:1],
+        addresses=settings.addresses[:1],
+        calibration=None,
     )
     (camera,) = open_cameras(alone, time.time, None)
     stamps: list[float] = []

@@ -1,7 +1,9 @@
 """camera=file and camera=device: the same interface, and one clear line for what is missing or wrong."""
 
 import dataclasses
+import threading
 import time
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import cv2
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 
 from kendama_cli.devices.camera.calibration import camera_model
 from kendama_cli.devices.camera.conformance import check_camera
-from kendama_cli.devices.camera.device import DeviceCameraBlock
+from kendama_cli.devices.camera.device import DeviceCameraBlock, open_device
 from kendama_cli.devices.camera.file import FileCameraBlock
 from kendama_cli.devices.camera.interface import StaleFrame, open_cameras
 from kendama_cli.errors import ConfigError, HardwareError, InputError, MissingPartError
@@ -207,6 +209,55 @@ def test_camera_device_says_what_it_needs():
     with pytest.raises(MissingPartError, match="no camera answers at index 97") as caught:
         open_cameras(dataclasses.replace(settings, indices=(97, 98)), Clock(), None)
     assert "\n" not in str(caught.value)
+
+
+class Stream(BaseHTTPRequestHandler):
+    """MJPEG over HTTP, as cameras in a network send it; each image is one grey level, for 20 images a connection."""
+
+    def do_GET(self):
+        self.send_response(200)
+        self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
+        self.end_headers()
+        for number in range(20):
+            data = cv2.imencode(".jpg", np.full((48, 64, 3), 10 * number, dtype=np.uint8))[1].tobytes()
+            self.wfile.write(b"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(data) + data)
+            self.wfile.write(b"\r\n")
+            time.sleep(0.02)
+        self.server.connections += 1
+
+    def log_message(self, *_):
+        pass
+
+
+def test_a_stream_by_its_address_is_a_camera_which_is_opened_anew_where_it_breaks_off():
+    with ThreadingHTTPServer(("127.0.0.1", 0), Stream) as server:
+        server.connections = 0
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://user:secret@127.0.0.1:{server.server_port}/video"
+        settings = build(DeviceCamera, plain("camera", "device") | {"latency_s": 0.0, "addresses": [address]}, "camera")
+        (made,) = open_device(settings, [MODEL], time.monotonic, None)
+        levels, end_s = [], time.monotonic() + 60.0
+        while server.connections < 2 and time.monotonic() < end_s:
+            frame = made.latest(max_age_s=30.0)
+            assert frame.pixels.shape == (48, 64, 3)
+            levels.append(int(frame.pixels[0, 0, 0]))
+            time.sleep(0.005)
+        made.close()
+        server.shutdown()
+    assert server.connections >= 2
+    assert len(set(levels)) > 10  # most of its images were seen
+    assert np.diff(levels).min() < 0  # and the first ones again
+    with pytest.raises(MissingPartError, match=r"no stream at http://127\.0\.0\.1:\d+/video \(camera\.addresses\)"):
+        open_device(settings, [MODEL], time.monotonic, None)  # its password is not told
+
+
+def test_an_address_that_is_none_or_is_not_of_each_camera_is_refused():
+    of_file = plain("camera", "device") | {"addresses": ["/dev/video0"]}
+    with pytest.raises(ConfigError, match=r"'camera\.addresses' has '/dev/video0'; an address begins with http"):
+        build(DeviceCamera, of_file, "camera")
+    one = build(DeviceCamera, plain("camera", "device") | {"addresses": ["rtsp://10.0.0.5/video"]}, "camera")
+    with pytest.raises(ConfigError, match=r"'camera\.addresses' has 1 entries for 2 cameras"):
+        open_cameras(one, Clock(), None)
 
 
 def test_a_virtual_camera_without_a_scene_is_refused():
