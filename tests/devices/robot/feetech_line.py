@@ -11,6 +11,7 @@ import os
 import sys
 import time
 import tty
+from contextlib import suppress
 from pathlib import Path
 
 import mujoco
@@ -91,6 +92,8 @@ class Line:
 
 
 def main(model: str, folder: str) -> None:
+    with suppress(OSError):
+        os.nice(-10)  # servos do not wait for other programs
     arm = MujocoPort(motorised(model, Path(folder) / "motorised.xml"), show=False)
     calibrate(arm, Path(folder) / "test.json")
     master, slave = os.openpty()
