@@ -36,9 +36,10 @@ def open_device(
         require_one_each("camera.addresses", settings.addresses, "a stream's address", len(models))
     else:
         require_one_each("camera.indices", settings.indices, "an OpenCV device index", len(models))
+    sources: Sequence[int | str] = settings.addresses or settings.indices
     opened: list[DeviceCameraBlock] = []
     try:
-        for model, source in zip(models, settings.addresses or settings.indices, strict=True):
+        for model, source in zip(models, sources, strict=True):
             opened.append(DeviceCameraBlock(model, source, settings, clock=clock))
     except BaseException:
         for camera in opened:
