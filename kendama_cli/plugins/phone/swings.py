@@ -21,7 +21,7 @@ from kendama_cli.plugins.phone.files import Export, read_exports
 from kendama_cli.plugins.phone.rests import find_rests
 from kendama_cli.plugins.phone.settings import PhoneCapture
 from kendama_cli.plugins.phone.strapdown import sampled
-from kendama_cli.plugins.phone.tables import WITH_GRAVITY, gravity_sign, signals_of
+from kendama_cli.plugins.phone.tables import WITH_GRAVITY, Signal, gravity_sign, signals_of
 from kendama_cli.schema.arrays import Array
 
 STANDARD_GRAVITY_M_S2 = 9.80665
@@ -69,10 +69,17 @@ def reconstructed(export: Export, settings: PhoneCapture) -> Reconstruction:
 
     Raises InputError where rests are missing or short, samples are missing, or the acceleration is not that of gravity.
     """
-    signals = _on_one_clock(export, settings)
+    force, rate = signals_of(export, settings)
+    sign = gravity_sign(export, settings)
+    signed = replace(force, values=sign * force.values)
+    return reconstructed_from(export.path, export.name, on_one_clock(export.path, signed, rate, settings.max_gap_s))
+
+
+def reconstructed_from(path: str, name: str, signals: Signals) -> Reconstruction:
+    """Return the path of the sensor over ``signals``, called ``name`` and of the file ``path`` in errors."""
     t_s, force, rate = signals.t_s, signals.force(signals.t_s), signals.rate(signals.t_s)
     quiet = find_rests(signals.step_s, force, rate)
-    check_rests(export.path, quiet, len(t_s), signals.step_s)
+    check_rests(path, quiet, len(t_s), signals.step_s)
     _check_gravity(signals.accelerometer.path, force[quiet[0].first : quiet[0].last + 1])
     samples = sampled(t_s, signals.force, signals.rate)
     motions, before = [], quiet[0]
@@ -85,8 +92,8 @@ def reconstructed(export: Export, settings: PhoneCapture) -> Reconstruction:
         before = after
     position, rotation = _joined(len(t_s), motions)
     recording = Recording(
-        export.path,
-        export.name,
+        path,
+        name,
         t_s - t_s[0],
         position,
         lambda sample: f"{t_s[sample] - t_s[0]:.2f} s",
@@ -97,47 +104,44 @@ def reconstructed(export: Export, settings: PhoneCapture) -> Reconstruction:
     return Reconstruction(recording, tuple(motions), signals)
 
 
-def in_own_plane(swing: Recording, sensor_in_cup_m: Sequence[float]) -> Recording:
+def in_own_plane(swing: Recording, sensor_in_cup_m: Sequence[float], right: Array | None = None) -> Recording:
     """Return the cup's path with x along its largest level extent, and its rotation from the upright cup at the start.
 
     The sensor's path is p + R r, with the sensor at r in the cup. Gravity does not show the heading; the principal
-    direction of the path stands for it, pointing to where the path goes farthest.
+    direction of the path stands for it, pointing to where the path goes farthest, or along ``right`` (2,).
     """
     assert swing.rotation_wxyz is not None
     turned = multiply(swing.rotation_wxyz, inverse(swing.rotation_wxyz[0]))
     level = swing.position_m[:, :2] - swing.position_m[:, :2].mean(axis=0)
     along = np.linalg.svd(level, full_matrices=False)[2][0]
-    along *= math.copysign(1.0, float((level @ along)[np.abs(level @ along).argmax()]))
+    ahead = float((level @ along)[np.abs(level @ along).argmax()]) if right is None else float(right @ along)
+    along *= math.copysign(1.0, ahead)
     heading = matrix_of(exponential(np.array([0.0, 0.0, -math.atan2(along[1], along[0])])))
     rotation = mapped(turned, heading, 1)
     offset = rotated(rotation, np.asarray(sensor_in_cup_m, dtype=np.float64))
     return replace(swing, position_m=swing.position_m @ heading.T - offset, rotation_wxyz=rotation)
 
 
-def _on_one_clock(export: Export, settings: PhoneCapture) -> Signals:
+def on_one_clock(path: str, force: Signal, rate: Signal, max_gap_s: float) -> Signals:
     """Return splines of both sensors over the time that both cover, and even times at the accelerometer's rate."""
-    force, rate = signals_of(export, settings)
-    sign = gravity_sign(export, settings)
     begin_s, end_s = max(force.t_s[0], rate.t_s[0]), min(force.t_s[-1], rate.t_s[-1])
     step_s = min(float(np.median(np.diff(one.t_s))) for one in (force, rate))
     count = int((end_s - begin_s) / step_s + 1e-6) + 1
     if count < 20:
         raise InputError(
-            export.path,
+            path,
             f"accelerometer and gyroscope overlap for {max(end_s - begin_s, 0):.2f} s",
             remedy="give two files of one recording, with stamps of one clock",
         )
     if count > MAX_SAMPLES:
-        raise InputError(
-            export.path, f"{end_s - begin_s:.0f} s; that is a whole session", remedy="cut it to the swings"
-        )
+        raise InputError(path, f"{end_s - begin_s:.0f} s; that is a whole session", remedy="cut it to the swings")
     usual = float(np.median(np.linalg.norm(force.values, axis=1)))
     unit = STANDARD_GRAVITY_M_S2 if IN_G[0] <= usual <= IN_G[1] else 1.0
-    force = replace(force, values=sign * unit * force.values)
+    force = replace(force, values=unit * force.values)
     rate = replace(rate, values=rate.values * (math.pi / 180 if rate.unit == "deg" else 1.0))
     even_s = begin_s + step_s * np.arange(count)
     splines = CubicSpline(force.t_s, force.values), CubicSpline(rate.t_s, rate.values)
-    return Signals(even_s, *splines, force, rate, settings.max_gap_s)
+    return Signals(even_s, *splines, force, rate, max_gap_s)
 
 
 def _check_gravity(path: str, at_rest: Array) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -25,6 +25,9 @@ def play(
     overrides: Overrides = None,
     host: Annotated[str, typer.Option(help="Address to listen on; loopback unless you say otherwise.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="TCP port; 0 takes a free one.")] = 0,
+    phone: Annotated[
+        bool, typer.Option("--phone", help="Let phones in your network join over HTTPS: their sensors carry the cup.")
+    ] = False,
     show: Annotated[bool, typer.Option("--show/--no-show", help="Open the page in the browser.")] = True,
     home: Home = None,
     config_dir: ConfigDir = None,
@@ -34,14 +37,18 @@ def play(
     Example: kendama play
     """
     import webbrowser
+    from socket import gethostname
 
     from kendama_cli.config.compose import composed
     from kendama_cli.pipeline.nodes import build_settings
     from kendama_cli.plugins.teleoperation.play.capture import doubt_of
     from kendama_cli.system.listening import listen, own_address
 
-    listening = listen(host, port)  # before all that takes seconds to import
+    # before all that takes seconds to import
+    listening = listen(host, port) if not phone else listen(LOOPBACK[0] if host in LOOPBACK else host, 0)
+    phones = listen(EVERYWHERE[0] if host in LOOPBACK else host, port) if phone else None
     try:
+        from kendama_cli.plugins.teleoperation.play.joining import Joining
         from kendama_cli.plugins.teleoperation.play.server import Opened, PlayServer  # dartpy, starlette
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("starlette", "uvicorn", "websockets"):
@@ -53,7 +60,8 @@ def play(
     settings = build_settings(composed(find_site(home, config_dir), [*taker, *asked]))
     folder = Path(settings["play"].folder).expanduser().absolute()
     doubt = partial(doubt_of, settings["capture"])
-    server = PlayServer(settings["game"], settings["play"], folder, doubt=doubt, tell=render.note)
+    joining = None if phones is None else Joining(_phones(), phones, (own_address(), gethostname(), LOOPBACK[0]))
+    server = PlayServer(settings["game"], settings["play"], folder, doubt=doubt, tell=render.note, joining=joining)
 
     def ready(opened: Opened) -> None:
         address = opened.address
@@ -65,6 +73,12 @@ def play(
                 f"open to the network, unencrypted: whoever can reach port {opened.port} of this machine and has the "
                 f"address above can play, and see, rename and delete the tries of every player in {folder}"
             )
+        if opened.joining:
+            render.note(
+                f"open to your network on purpose, over HTTPS: phones join at {opened.joining}\n{opened.code}"
+                "whoever has that address can play, and see, rename and delete all tries; a phone warns of the "
+                f"certificate, which this command made for itself (SHA-256 {opened.fingerprint})"
+            )
         render.note(f"tries are kept in {folder}; Ctrl-C ends the game")
         if show and host in LOOPBACK:
             webbrowser.open(address)
@@ -73,3 +87,19 @@ def play(
         server.serve(listening, host, ready)
     except KeyboardInterrupt:  # the way to end it
         render.note("ended; 'kendama run capture=play' goes on with what was kept")
+
+
+def _phones() -> Any:
+    """Return the part by which phones join; raises MissingPartError where it or its libraries are not installed."""
+    from kendama_cli.plugins.teleoperation.play.joined import JOINS
+    from kendama_cli.schema.registry import declared, resolve
+
+    if "phone" not in declared(JOINS):
+        raise MissingPartError("phone", "'kendama play --phone' needs the part 'phone', which is not installed")
+    try:
+        return resolve(declared(JOINS)["phone"], "'kendama play --phone'")()
+    except MissingPartError as error:
+        if not isinstance(error.__cause__, ModuleNotFoundError):
+            raise
+        message = f"'kendama play --phone' needs {error.__cause__.name}: {install_line('phone')}"
+        raise MissingPartError(str(error.__cause__.name), message) from None

@@ -53,8 +53,23 @@ class Take:
     true_rotation: Rotation
 
 
-def take(rng, swing, *, lean_deg=20.0, grade=1.0, rate_hz=100.0, rests_s=(1.0, 1.0), limit_m_s2=None, lost=0.0) -> Take:
-    """Return a phone's recording of a swing: ``grade`` 1 is usual, 0 without any error; the phone is held anyhow.
+UPRIGHT = Rotation.from_matrix([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""From the axes of a phone whose top edge is up and whose screen is towards the player to the room's."""
+
+
+def take(
+    rng,
+    swing,
+    *,
+    lean_deg=20.0,
+    grade=1.0,
+    rate_hz=100.0,
+    rests_s=(1.0, 1.0),
+    limit_m_s2=None,
+    lost=0.0,
+    held=None,
+) -> Take:
+    """Return a phone's recording of a swing: ``grade`` 1 is usual, 0 without any error; it is held anyhow by default.
 
     Noise, bias, scale and cross-axis errors are those of the prototype; stamps stray by 0.5 ms; a fraction of the
     samples is lost. The hand leans with its velocity, and turns about the others at random.
@@ -77,7 +92,8 @@ def take(rng, swing, *, lean_deg=20.0, grade=1.0, rate_hz=100.0, rests_s=(1.0, 1
     along = savgol_filter(velocity[:, 0], 2 * round(0.05 * rate_hz) + 1, 3)
     angles = np.column_stack([lean_deg * along / np.abs(along).max(), *wobble])
     turning = CubicSpline(times, angles)
-    held = Rotation.random(random_state=int(rng.integers(2**31)))
+    anyhow = Rotation.random(random_state=int(rng.integers(2**31)))
+    held = anyhow if held is None else held
     rotation = Rotation.from_euler("yxz", turning(times), degrees=True) * held
     ahead, behind = (Rotation.from_euler("yxz", turning(times + d), degrees=True) * held for d in (1e-4, -1e-4))
     rate = (behind.inv() * ahead).as_rotvec() / 2e-4

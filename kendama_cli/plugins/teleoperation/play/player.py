@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import datetime
 import threading
 from collections.abc import Callable
@@ -10,9 +11,10 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
-from kendama_cli.errors import SimulationError, UsageError
+from kendama_cli.errors import InputError, SimulationError, UsageError
 from kendama_cli.plugins.teleoperation.play import shown
 from kendama_cli.plugins.teleoperation.play.conditions import Conditions
+from kendama_cli.plugins.teleoperation.play.joined import JoinedLine, carried
 from kendama_cli.plugins.teleoperation.play.messages import About, Ease, Hand, parse
 from kendama_cli.plugins.teleoperation.play.settings import PlaySettings
 from kendama_cli.plugins.teleoperation.play.table import PlayTable
@@ -33,7 +35,7 @@ class Player:
 
     def __init__(
         self,
-        line: WebSocket,
+        line: WebSocket | JoinedLine,
         game: GameSettings,
         settings: PlaySettings,
         folder: TryFolder,
@@ -42,24 +44,25 @@ class Player:
         today: Callable[[], datetime.datetime],
         tell: Callable[[str], None],
     ) -> None:
-        self._line, self._game, self._settings = line, game, settings
+        self.line, self._game, self._settings = line, game, settings
         self._clock, self._today, self._tell = clock, today, tell
         self._folder, self.name = folder, folder.player
         self._unsaid = list[dict[str, Any]]()
-        self._unwritten = list[tuple[Try, Array]]()
+        self._unwritten = list[tuple[Try, Array, Conditions]]()
+        self._sensed = line.hand if isinstance(line, JoinedLine) else None
         self._table = PlayTable(game, settings, self._keep)
 
     async def play(self) -> None:
         """Answer every message; returns when the page has gone, raises UsageError for a message that is none."""
-        await self._line.send_json(shown.table(self.name, self._folder.path, self._table, self._game, self._settings))
+        await self.line.send_json(shown.table(self.name, self._folder.path, self._table, self._game, self._settings))
         try:
             await asyncio.to_thread(self._folder.check)
         except UsageError as error:  # before the first swing; what is swung all the same is offered as a download
-            await self._line.send_json({"type": "error", "line": str(error), "stays": True})
-        await self._line.send_json(shown.tries(self._folder))
+            await self.line.send_json({"type": "error", "line": str(error), "stays": True})
+        await self.line.send_json(shown.tries(self._folder))
         while True:
             try:
-                message = await self._line.receive()
+                message = await self.line.receive()
             except WebSocketDisconnect:
                 return
             if message["type"] == "websocket.disconnect":
@@ -69,23 +72,24 @@ class Player:
             said = parse(message.get("text") or message.get("bytes") or b"")
             began_s = self._clock()
             answer = await asyncio.to_thread(self._about, said) if isinstance(said, About) else self._answer(said)
-            if self._unwritten:  # the others play on while a disk is slow
+            # the others play on while a disk is slow; what sensors felt is known once they rest
+            if self._unwritten and (self._sensed is None or self._sensed.settled):
                 await asyncio.to_thread(self._write)
             took_s = self._clock() - began_s
             try:
                 for one in (*answer, *self._unsaid):
-                    await self._line.send_json(one)
+                    await self.line.send_json(one)
             except (WebSocketDisconnect, RuntimeError):  # it closed while we answered
                 return
             self._unsaid.clear()
             await asyncio.sleep(took_s if took_s > LONG_S else 0)
 
-    async def replaced(self) -> None:
-        """End, for another window plays under this name."""
+    async def replaced(self, code: int) -> None:
+        """End, for another window or device plays under this name."""
         reason = f"'{self.name}' plays in another window now"
         await self.leave(reason)
-        if self._line.application_state is WebSocketState.CONNECTED:
-            await self._line.close(BYE, reason)
+        if self.line.application_state is WebSocketState.CONNECTED:
+            await self.line.close(code, reason)
 
     async def leave(self, reason: str) -> None:
         """End the try of a hand that has gone; what was recorded is kept. Idempotent."""
@@ -126,13 +130,35 @@ class Player:
 
     def _keep(self, outcome: str, conditions: Conditions, samples: Array, reason: str) -> None:
         began, duration_s = self._today().isoformat(timespec="milliseconds"), round(float(samples[-1, 0]), 3)
-        self._unwritten.append((Try("", outcome, False, began, duration_s, conditions.words(), reason), samples))
+        made = Try("", outcome, False, began, duration_s, conditions.words(), reason)
+        self._unwritten.append((made, samples, conditions))
+
+    def _got_back(self, seen: Try, conditions: Conditions) -> tuple[Try, Array]:
+        """Return a try with the path that the sensors went, its end's rest known; raises UsageError without one."""
+        assert self._sensed is not None
+        try:
+            t_s, places, doubts = self._sensed.path()
+            samples = carried(self._game, conditions, self._settings.caught_s, t_s, places)
+        except (InputError, SimulationError) as error:
+            raise UsageError(f"a try ({seen.outcome}) was not kept: {error}") from None
+        if samples is None:
+            raise UsageError(f"a try ({seen.outcome}) was not kept: its path is hardly a swing")
+        for doubt in doubts:
+            self._tell(f"{self.name}: {doubt}")
+        return dataclasses.replace(seen, duration_s=round(float(samples[-1, 0]), 3)), samples
 
     def _write(self) -> None:
         """Write what is to be kept; what cannot be written is offered to the page."""
         unwritten, self._unwritten = self._unwritten, []
         with _WRITING:
-            for new, samples in unwritten:
+            for new, samples, conditions in unwritten:
+                if self._sensed is not None:
+                    try:
+                        new, samples = self._got_back(new, conditions)  # noqa: PLW2901
+                    except UsageError as error:
+                        self._tell(f"{self.name}: {error}")
+                        self._unsaid.append({"type": "error", "line": str(error)})
+                        continue
                 try:
                     made = self._folder.keep(new, samples)
                 except (UsageError, OSError) as error:

@@ -7,7 +7,7 @@ const LEVELS = [{gravity: 0.4, rope: 1, cup: 1.6}, {gravity: 0.7, rope: 1, cup: 
 
 let socket = null, table = null, state = null, tries = [], replay = null;
 let held = false, by = '', last = [0, 0], start = [0, 0], tilt = 0, tiltWanted = 0, tiltAt = 0;
-let waiting = [], sentAt = 0, moved = [], heardAt = 0, trail = [], resultUntil = 0, metre = 400;
+let watching = false, waiting = [], sentAt = 0, moved = [], heardAt = 0, trail = [], resultUntil = 0, metre = 400;
 const latencies = [];
 window.kendama = {latencies, get state() { return state; }, get tries() { return tries; }, get metre() { return metre; }};
 
@@ -20,7 +20,8 @@ function connect() {
   line.onmessage = event => line === socket && hear(JSON.parse(event.data));
   line.onclose = event => {
     if (line !== socket) return;
-    held = false; state = null;
+    held = watching = false; state = null;
+    if (event.code === 4001) return connect(); // a phone has taken this name, or has left it
     problem(event.reason || 'The game has ended: the program that ran it was stopped or cannot be reached.', true);
   };
 }
@@ -31,7 +32,9 @@ function flush() {
   waiting = []; sentAt = performance.now();
 }
 function hear(message) {
-  if (message.type === 'state') {
+  if (message.type === 'join') { watching = message.watching; showJoin(message);
+  } else if (message.type === 'hint') { $('hint').textContent = message.line; $('hint').classList.toggle('gone', !message.line);
+  } else if (message.type === 'state') {
     if (state && state.outcome !== message.outcome && message.outcome) tell(message.outcome, message.reason);
     state = message;
     rumble(message.pull);
@@ -49,7 +52,7 @@ function hear(message) {
   } else if (message.type === 'unwritten') offer(message);
   else if (message.type === 'error') problem(message.line, false, message.stays);
 }
-let problems = 0;
+let problems = 0, watched = 0;
 function problem(line, ended, stays) {
   const number = ++problems;
   $('problem').firstChild.textContent = line; $('problem').hidden = false; $('again').hidden = !ended;
@@ -88,7 +91,7 @@ function letGo(t) {
 }
 let pointer = null;
 view.addEventListener('pointerdown', event => {
-  if (pointer !== null || !table || (event.pointerType === 'mouse' && event.button !== 0)) return;
+  if (pointer !== null || !table || watching || (event.pointerType === 'mouse' && event.button !== 0)) return;
   pointer = event.pointerId; view.setPointerCapture(pointer); take(event.pointerType, place(event), event.timeStamp);
 });
 // raw updates come at the device's own rate, but on secure pages only; else each move brings those it stands for
@@ -109,7 +112,7 @@ let pad = null, shookAt = 0;
 function pads() { return [...(navigator.getGamepads?.() ?? [])].filter(one => one); }
 function poll() {
   pad = pads()[0] ?? null;
-  if (!pad || !table || pointer !== null) return;
+  if (!pad || !table || watching || pointer !== null) return;
   const pressed = Boolean(pad.buttons[0]?.pressed), t = performance.now();
   const at = [pad.axes[0] * STICK_M, -pad.axes[1] * STICK_M];
   tiltWanted = (pad.axes[2] ?? 0) * STICK_RAD;
@@ -141,7 +144,8 @@ function draw() {
   requestAnimationFrame(draw);
   const now = performance.now();
   flush();
-  if (held && now - heardAt > FRAME_MS) guess(now);
+  if (watching) waiting = [];
+  else if (held && now - heardAt > FRAME_MS) guess(now);
   else if (!held && state && state.phase !== 'ready') { waiting.push([now, last[0] - start[0], last[1] - start[1], tilt]); flush(); }
   if (!table) return;
   const ratio = devicePixelRatio || 1, width = view.width / ratio, height = view.height / ratio;
@@ -204,6 +208,10 @@ function rope(length, x, z, ball) {
   pen.beginPath(); pen.moveTo(x, z); pen.quadraticCurveTo(x + dx / 2, z + dz / 2 - sag, ball[0], ball[1]); pen.stroke();
 }
 function measure(now) {
+  if (watching) { // of each sample of a phone, whose clock is this one's in a test only
+    if (state.t !== watched && state.phase !== 'ready') latencies.push(performance.timeOrigin + now - state.t + table.delay_ms);
+    watched = state.t; return;
+  }
   // of each sample of the hand: until the ball that it moved was drawn, with what smoothing takes
   while (moved.length && moved[0] <= state.t + 0.01) latencies.push(now - moved.shift() + table.delay_ms);
   if (latencies.length > 6000) latencies.splice(0, 3000);
@@ -215,6 +223,10 @@ function measure(now) {
 }
 
 // -- what stands beside the game
+function showJoin(message) {
+  $('join').hidden = false; $('code').src = message.picture; $('joined').hidden = !watching; $('invited').hidden = watching;
+  if (watching) $('status').textContent = '';
+}
 function tell(outcome, reason) {
   const lines = {caught: 'Caught!', missed: 'Missed: once more?', interrupted: `The try was interrupted: ${reason}.`};
   $('result').textContent = lines[outcome]; $('result').className = 'shown ' + outcome;

@@ -1,0 +1,1 @@
+"""Phones that join 'kendama play': their sensors carry the cup while they are swung."""
