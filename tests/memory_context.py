@@ -38,6 +38,8 @@ class MemoryContext:
         self.stop_after = stop_after
         self.saved: tuple[dict[str, Any], dict[str, Any], list[Any]] | None = resume_from.saved if resume_from else None
         self.checkpoints = 0
+        self.questions: list[str] = []
+        self.answers: list[str] = []
         self._streams: dict[str, np.random.Generator] = {}
 
     def rng(self, purpose: str) -> np.random.Generator:
@@ -61,6 +63,10 @@ class MemoryContext:
         self.checkpoints += 1
         if self.stop_after is not None and self.checkpoints >= self.stop_after:
             raise KeyboardInterrupt
+
+    def ask(self, question: str) -> str | None:
+        self.questions.append(question)
+        return self.answers.pop(0) if self.answers else None
 
     def progress(self, done: int, total: int | None, **figures: float | int | str) -> None:
         pass

@@ -143,10 +143,10 @@ def next_aim(path: AimPath, rollouts: Sequence[AimedRollout], mouth_m: float) ->
     missed_m = np.array([np.hypot(*one.miss_m) for one in rollouts])
     if (missed_m < mouth_m).any() or any(one.caught for one in rollouts):
         x, y = residuals[missed_m < NEAR_M].mean(axis=0) if (missed_m < NEAR_M).any() else residuals[-1]
-        return _aimed(path, path.clipped(-x), (-x, -y))
+        return aimed(path, path.clipped(-x), (-x, -y))
     x, y = residuals[-1]
     far = abs(-x - last.aim.along_m) > ON_PATH_M
-    return _aimed(path, path.clipped(-x) if far else last.aim.along_m, (-x, -y))
+    return aimed(path, path.clipped(-x) if far else last.aim.along_m, (-x, -y))
 
 
 def predicted(path: AimPath, aim: Aim) -> Miss:
@@ -161,7 +161,7 @@ def residual(path: AimPath, rollout: AimedRollout) -> Miss:
     return x - predicted_x, y - predicted_y
 
 
-def _aimed(path: AimPath, along_m: float, predicted_m: Miss) -> Aim:
+def aimed(path: AimPath, along_m: float, predicted_m: Miss) -> Aim:
     """Return the aim with this predicted miss whose motion is that at ``along_m``; the goal's shift does the rest."""
     (x, y), (gain_x, gain_y) = predicted_m, path.gain
     return Aim(along_m, ((x - along_m) / gain_x, y / gain_y))
@@ -184,4 +184,4 @@ def _secant(path: AimPath, before: AimedRollout, last: AimedRollout) -> Aim:
     moved = aim1 - aim0
     slope = (last.miss_m[0] - before.miss_m[0]) / moved if moved else 1.0
     x = aim1 - last.miss_m[0] / float(np.clip(slope, *SECANT_SLOPES))
-    return _aimed(path, path.clipped(x), (x, aim1_y - last.miss_m[1]))
+    return aimed(path, path.clipped(x), (x, aim1_y - last.miss_m[1]))

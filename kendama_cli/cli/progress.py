@@ -68,6 +68,10 @@ class PlainLines:
         else:
             self._say(f"{outcome.name}: cached")
 
+    def ask(self, question: str) -> str | None:
+        """Return the person's answer to ``question``; None at the end of input."""
+        return _answered(question)
+
     def _say(self, line: str) -> None:
         render.note(self._prefix + line)
 
@@ -114,6 +118,14 @@ class LiveView:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._progress.stop()
+
+    def ask(self, question: str) -> str | None:
+        """Return the person's answer to ``question``, asked below the view; None at the end of input."""
+        self._progress.stop()
+        try:
+            return _answered(question)
+        finally:
+            self._progress.start()
 
     def stage_waits(self, name: str) -> None:
         """Show that another run on this home is computing the stage."""
@@ -165,6 +177,12 @@ def briefly(outcome: StageOutcome) -> str:
         with contextlib.suppress(LookupError, TypeError, ValueError):  # a metric that this run does not have
             return words.format_map(outcome.metrics)
     return render.figures(outcome.metrics, 2)
+
+
+def _answered(question: str) -> str | None:
+    render.note(f"{question}:")
+    line = sys.stdin.readline()
+    return line.strip() if line else None
 
 
 def _duration(seconds: float) -> str:

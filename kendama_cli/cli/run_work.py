@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 from pathlib import Path
 
 import yaml
@@ -58,7 +59,8 @@ def run_pipeline(
         PlainLines() if as_json else observer([spec.name for spec in planner.pipeline.stages]) as view,
         with_page(view, opened, record, planner) as seen,
     ):
-        Runner(planner, record, seen, forced=forced, cluster=cluster).run()
+        ask = view.ask if sys.stdin.isatty() else None
+        Runner(planner, record, seen, forced=forced, cluster=cluster, ask=ask).run()
     if is_new:
         _tell_new_home(site.home)
     show_end(record, as_json=as_json)

@@ -147,7 +147,7 @@ MEASURED_PERIODS = 100
 def measured_rope_m(robot: Robot, posture_rad: Array, game: GameSettings, seed: int) -> float:
     """Return the untensioned length of the rope from the tracked ball at rest: mean distance less m g / Ks.
 
-    Raises HardwareError of the line.
+    Where the robot does not tell where the ball is, it is the model's. Raises HardwareError of the line.
     """
     robot.reset(posture_rad, seed)
     rest = np.zeros(len(posture_rad))
@@ -156,6 +156,8 @@ def measured_rope_m(robot: Robot, posture_rad: Array, game: GameSettings, seed: 
         state = robot.exchange(JointCommand(posture_rad, rest, rest)).state
         down_m = state.cup_in_world_m - state.ball_in_world_m
         lengths.append(float(np.linalg.norm(down_m)))
+    if not np.isfinite(lengths).all():
+        return game.rope.length_m
     return float(np.mean(lengths)) - stretch_m(game.ball.mass_kg * game.gravity_m_s2, game.rope.stiffness_n_m)
 
 

@@ -104,6 +104,10 @@ class TransferSettings:
         "The imitation is played at most this often. After a miss the motion is aimed by where the ball came down.",
         above=0,
     )
+    outcome: str = setting(
+        "Source of the outcome of each imitation: 'measured' by the robot's tracking of cup and ball; 'ask' asks at "
+        "the prompt; else a file to which any program appends a line, such as 'caught' or 'little short'."
+    )
     imitation_repeats: int = setting(
         "The motion that caught is played this many times more, which gives imitation_caught_rate.", at_least=0
     )

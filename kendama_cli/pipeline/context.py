@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import json
+import tempfile
 import time
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,16 +33,17 @@ class WorkerContext:
         checkpoints: CheckpointFolder,
         topics: Mapping[str, type],
         emit: Callable[[Mapping[str, Any]], None],
+        attended: bool = False,
     ) -> None:
         """Open the services: ``topics`` are those of the stage's declaration, ``emit`` passes progress on.
 
-        ``seed`` is None for a stage whose pipeline entry does not list it.
+        ``seed`` is None for a stage whose pipeline entry does not list it. ``attended``: somebody answers questions.
         """
         self._log_file = DurableAppendFile(checkpoints.log_path)
         self.log = McapLog(topics, self._log_file)
         self._seed = seed
         self._checkpoints = checkpoints
-        self._emit = emit
+        self._emit, self._attended = emit, attended
         self._streams: dict[str, np.random.Generator] = {}
         self._due_s = time.monotonic() + CHECKPOINT_PERIOD_S
         self._emitted_s = 0.0
@@ -71,6 +75,18 @@ class WorkerContext:
         self._checkpoints.save(state(), streams, self.log.position())
         now_s = time.monotonic()
         self._due_s = now_s + max(CHECKPOINT_PERIOD_S, (now_s - began_s) / CHECKPOINT_FRACTION)
+
+    def ask(self, question: str) -> str | None:
+        """Have the process that started the worker ask ``question``; its answer comes through a file."""
+        if not self._attended:
+            return None
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "answer.json"
+            self._emit({"event": "asks", "question": question, "answer": str(path)})
+            while not path.exists():
+                time.sleep(PROGRESS_PERIOD_S)
+            answer: str | None = json.loads(path.read_text())
+            return answer
 
     def progress(self, done: int, total: int | None, **figures: float | int | str) -> None:
         """Pass on where the work stands, at most ten times a second."""

@@ -20,7 +20,7 @@ from kendama_cli.pipeline.artifact_place import broken_off_log
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.plan import Planner, StagePlan, made_since
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
-from kendama_cli.pipeline.workers import Job, Workers, cached, failed, ran
+from kendama_cli.pipeline.workers import Ask, Job, Workers, cached, failed, ran
 from kendama_cli.store import durable
 from kendama_cli.system.interface import Lock, Starter, system
 
@@ -57,11 +57,12 @@ class Runner:
         starter: Starter | None = None,
         cluster: Starter | None = None,
         stop: threading.Event | None = None,
+        ask: Ask | None = None,
     ) -> None:
         """Set the limits: ``workers`` stages compute at once, None for one per core; ``stop`` interrupts.
 
         ``starter`` makes the worker processes, by default an interpreter each; a fork server serves one at a time.
-        Stages that do nothing but compute go to ``cluster`` where there is one.
+        Stages that do nothing but compute go to ``cluster`` where there is one; ``ask`` answers a stage's questions.
         """
         self._planner = planner
         self._record = record
@@ -75,7 +76,7 @@ class Runner:
         self._waiting: dict[str, StageSpec] = {spec.name: spec for spec in planner.pipeline.stages}
         self._starter = starter or system().interpreters()
         self._cluster = cluster
-        self._running = Workers()
+        self._running = Workers(ask)
         self._held = contextlib.ExitStack()
         self._waits_reported: set[str] = set()
 
@@ -145,9 +146,8 @@ class Runner:
     def _start(self, plan: StagePlan, lock: Lock) -> None:
         spec = plan.spec
         request = _request(self._planner, plan, self._plans, fresh=spec.name in self._forced)
-        # what records a person or moves an arm does so where the person and the arm are
         away = self._cluster if self._planner.kind(spec.name) == "computes" else None
-        request |= {"broken_off": str(broken_off_log(self._record.folder, spec.name))} if away is None else {}
+        request |= _here(self._record, spec.name, self._running) if away is None else {}
         output = durable.make_folder(self._record.folder) / f"{spec.name}.txt"
         self._running.start(away or self._starter, plan, request, lock=lock, output=output)
         self._waiting.pop(spec.name)
@@ -193,6 +193,11 @@ class Runner:
         self._observer.stage_ends(outcome)
         if outcome.status != "cached" and (self._waiting or self._running):  # else the run's end is written next
             self._record.save()
+
+
+def _here(record: RunRecord, name: str, workers: Workers) -> dict[str, Any]:
+    """Return what a worker is told that runs here: what records a person or moves an arm runs where they are."""
+    return {"broken_off": str(broken_off_log(record.folder, name)), "attended": workers.attended}
 
 
 def _put_in_order(outcomes_of: list[StageOutcome], specs: Sequence[StageSpec]) -> None:

@@ -130,7 +130,13 @@ def run_stage(request: Mapping[str, Any], emit: Emit, ready: ReadyStage) -> dict
     if request["fresh"]:
         checkpoints.discard()
     topics = ready.declaration.topics
-    context = WorkerContext(seed=request["seed"], checkpoints=checkpoints, topics=topics, emit=emit)
+    context = WorkerContext(
+        seed=request["seed"],
+        checkpoints=checkpoints,
+        topics=topics,
+        emit=emit,
+        attended=bool(request.get("attended")),
+    )
     with contextlib.closing(context):
         try:
             made = ready.stage.run(given, context)

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,8 @@ from kendama_cli.store import durable
 from kendama_cli.system.interface import Lock, Starter, Worker, share_with_group
 
 GRACE_S = 10.0
+Ask = Callable[[str], str | None]
+"""Puts a question to the person at the terminal and returns the answer, None at the end of input."""
 
 
 @dataclass
@@ -36,7 +38,9 @@ class Job:
 class Workers:
     """The workers that run now."""
 
-    def __init__(self) -> None:
+    def __init__(self, ask: Ask | None = None) -> None:
+        """Take what answers the workers' questions, None where nobody does."""
+        self._ask = ask
         self._jobs: dict[str, Job] = {}
         # a thread reads each pipe: not every system can wait for several pipes at once
         self._lines: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
@@ -44,6 +48,11 @@ class Workers:
     def __len__(self) -> int:
         """Return the number of workers."""
         return len(self._jobs)
+
+    @property
+    def attended(self) -> bool:
+        """True if somebody answers questions."""
+        return self._ask is not None
 
     def start(self, starter: Starter, plan: StagePlan, request: Mapping[str, Any], *, lock: Lock, output: Path) -> None:
         """Start a worker of ``starter`` that runs ``request``, holding ``lock``; its printed output goes to
@@ -64,7 +73,11 @@ class Workers:
             name, line = self._lines.get(timeout=timeout_s)
             while True:
                 job = self._jobs[name]
-                yield job, json.loads(line) if line else {"event": "ended", "code": self._end(job)}
+                event: dict[str, Any] = json.loads(line) if line else {"event": "ended", "code": self._end(job)}
+                if event["event"] == "asks" and self._ask is not None:
+                    durable.write_file(Path(event["answer"]), json.dumps(self._ask(event["question"])).encode())
+                else:
+                    yield job, event
                 name, line = self._lines.get_nowait()
         except queue.Empty:
             return

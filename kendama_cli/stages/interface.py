@@ -45,6 +45,9 @@ class StageContext(Protocol):
     def checkpoint(self, state: Callable[[], State], *, force: bool = False) -> None:
         """Save what ``state()`` returns, durably on return; called often, it saves only when one is due (or forced)."""
 
+    def ask(self, question: str) -> str | None:
+        """Return the line that a person at the terminal answers; None where there is none, or no answer will come."""
+
     def progress(self, done: int, total: int | None, **figures: float | int | str) -> None:
         """Report where the work stands to who watches the run, with a few named figures."""
 

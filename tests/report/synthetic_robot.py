@@ -71,7 +71,14 @@ def write_transfer(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, A
         write_frames(log, "/transfer/imitation/ball", "ball", start_s + t, ball)
         log.write("/transfer/imitation/wrench", start_s, WRENCH)
         attempt = {"index": number, "along_m": 0.0, "shift_x_m": 0.01, "shift_y_m": 0.0, "caught": number == 1}
-        came_down = {"miss_x_m": -0.03, "miss_y_m": 0.002, "apex_m": 0.2, "led": True}
+        came_down = {
+            "miss_x_m": -0.03,
+            "miss_y_m": 0.002,
+            "apex_m": 0.2,
+            "led": True,
+            "outcome": "",
+            "path_m": [-0.2, 0.2],
+        }
         log.write("/transfer/imitation/rollout", start_s, attempt | came_down)
         write_arm(log, "/transfer/scene", "/transfer/imitation", start_s + t, cup)
     for index in range(6):

@@ -8,6 +8,7 @@ import numpy as np
 
 from kendama_cli.adaptation.aim import Aim, AimedRollout, next_aim, observed_miss
 from kendama_cli.adaptation.aim_search import AimedMotions
+from kendama_cli.adaptation.aim_words import next_aim_by_words, read_outcome
 from kendama_cli.adaptation.catch_family import CatchFamily, attempt_of
 from kendama_cli.adaptation.search_record import MOUTH_SHARE, Attempt, MotionVariation
 from kendama_cli.adaptation.settings import AdaptSettings
@@ -48,6 +49,11 @@ class ImitationAims:
         """Aim of the motion as planned."""
         return Aim(self._motions.path.first_m)
 
+    @property
+    def path_m(self) -> tuple[float, float]:
+        """Least and largest predicted miss of the motions."""
+        return self._motions.path.miss_m[0], self._motions.path.miss_m[-1]
+
     def _simulated(self, variation: MotionVariation) -> Attempt:
         limit = self._family.limit(variation)
         if limit is not None:
@@ -61,6 +67,8 @@ class ImitationAims:
 
     def next(self, played: Sequence[AttemptFigures], rope_scale: float) -> Aim | None:
         """Return the aim after the attempts ``played``; None where aiming has failed."""
+        if words := [(self._aim(one), told) for one in played if (told := read_outcome(one.outcome)) is not None]:
+            return next_aim_by_words(self._motions.path, words)
         return next_aim(self._motions.path, [self._rollout(one, rope_scale) for one in played], self._mouth_m)
 
     def _rollout(self, one: AttemptFigures, rope_scale: float) -> AimedRollout:
@@ -68,8 +76,10 @@ class ImitationAims:
         if one.miss_m is not None:
             x, y, _ = heading_turn(-self._heading_rad) @ np.array([*one.miss_m, 0.0]) / rope_scale
             miss_m = (float(x), float(y))
-        aim = self.first if one.along_m is None else Aim(one.along_m, one.shift_m)
-        return AimedRollout(aim, one.caught, observed_miss(miss_m, one.apex_m / rope_scale))
+        return AimedRollout(self._aim(one), one.caught, observed_miss(miss_m, (one.apex_m or 0.0) / rope_scale))
+
+    def _aim(self, one: AttemptFigures) -> Aim:
+        return self.first if one.along_m is None else Aim(one.along_m, one.shift_m)
 
     def joints(self, aim: Aim, rope_scale: float) -> tuple[Aim, JointTrajectory, float]:
         """Return ``aim`` as near as the arm's limits allow, its motion for the rope, and its tau over the planned one.

@@ -124,15 +124,17 @@ def _imitated(log: StageLog) -> list[Figure]:
     """Return the last attempt at the imitated swing, and the misses of all attempts."""
     imitated = log.metrics.get("imitation_caught")
     ended = "" if imitated is None else "; it was caught" if imitated else "; it was missed"
-    panels = [_imitation(log), aim_panel(log.table("/transfer/imitation/rollout", ImitationMessage))]
+    panels = [_imitation(log), aim_panel(log.messages("/transfer/imitation/rollout", ImitationMessage))]
     words = str(log.metrics.get("imitation") or "")
     captions = lettered(
         panels,
         [
             f"The imitated swing on {robot_of(log.settings)} in the swing plane, until shortly after the ball crossed"
             f" the rim plane{ended}. Marks every 60 ms.",
-            "Distance of the ball from the planned cup in each rollout, along x and y; filled: caught. At the lower"
-            f" edge the ball never came over the rim. {words[:1].upper()}{words[1:]}{'.' if words else ''}",
+            "Above, distance of the ball from the planned cup in each rollout along x and y, or the words that told it;"
+            " filled: caught. At the lower edge the ball never came over the rim. Below, the miss that the model"
+            " predicts for the motion that was played, within the shaded range of all motions, and how far its goal"
+            f" moved in flight. {words[:1].upper()}{words[1:]}{'.' if words else ''}",
         ],
     )
     return figure(captions, panels)

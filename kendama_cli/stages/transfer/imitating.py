@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from kendama_cli.adaptation.aim import Aim, Miss
+from kendama_cli.adaptation.aim import Aim
 from kendama_cli.adaptation.settings import CorrectionSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.control.flight_observer import WatchedFlight
@@ -23,7 +23,8 @@ from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.stages.transfer import trace
 from kendama_cli.stages.transfer.messages import ImitationMessage
-from kendama_cli.stages.transfer.progress import AttemptFigures, Progress, RopeFitFigures
+from kendama_cli.stages.transfer.outcome import ToldOutcomes
+from kendama_cli.stages.transfer.progress import AttemptFigures, Progress, RopeFitFigures, UntoldRollout
 from kendama_cli.stages.transfer.session import TransferSession
 
 if TYPE_CHECKING:  # it needs the simulator, which a policy alone does not
@@ -35,6 +36,8 @@ HALVINGS = 4
 
 def imitation_over(progress: Progress, settings: TransferSettings) -> bool:
     """Return True if nothing is left to play: caught and repeated, or attempted as often as allowed, or given up."""
+    if progress.untold is not None:
+        return False
     if any(progress.imitation):
         return len(progress.repeats) >= settings.imitation_repeats
     return progress.aim_failed or len(progress.attempts) >= settings.imitation_attempts
@@ -55,7 +58,10 @@ class ImitationSession:
         settings: TransferSettings,
         arm: RobotModel,
         leading: LeadingRobot,
+        told: ToldOutcomes | None,
     ) -> None:
+        """Take what tells the outcomes, None where they are measured."""
+        self._told = told
         self._session, self._runner, self._progress = session, runner, progress
         self._settings, self._arm, self._leading = settings, arm, leading
         leading.lead(progress.servo)
@@ -76,6 +82,9 @@ class ImitationSession:
         planned = _Playable(None, fit.joints, fit.correction, follow_from_s(motion))
         attempts = _Attempts(planned, aims, around, fit.rope_scale if fit.resized else 1.0)
         while not imitation_over(progress, self._settings):
+            if progress.untold is not None:
+                self._tell(progress.untold)
+                continue
             caught = [one for one in progress.attempts if one.caught]
             if caught:
                 playable = attempts.again(caught[0])
@@ -90,6 +99,7 @@ class ImitationSession:
         """Play ``chosen`` once, and log and keep what came of it."""
         progress, runner, arm = self._progress, self._runner, self._arm
         seed = int(progress.rng(phase, index).integers(2**63))
+        since = 0 if self._told is None else self._told.mark()
         seen = None
         if visual:
             watched = WatchedFlight(runner.observer.without_goal())
@@ -97,37 +107,51 @@ class ImitationSession:
         played = play_motion(runner.robot, chosen.joints, tau_scale=1.0, seed=seed, seen=seen)
         timed = trace.timed(played.exchanges, progress.clock_s)
         messages = [*self._session.scene(timed, under="/transfer/imitation"), *self._session.exchanges(timed)]
-        caught = played.caught(arm, runner.game)
-        if phase == "repeat":
-            progress.repeats.append(caught)
-        else:
-            missed = played.miss_m(arm, runner.game, from_plan=visual)
-            figures = self._figures(chosen, caught, missed, played.apex_m - game.cup.rim_m)
-            progress.attempts.append(figures)
-            messages.append(("/transfer/imitation/rollout", timed[-1][0], attempt_message(index, figures)))
+        led = progress.servo is not None
+        if phase == "imitation":
             self._identify(played)
-        self._session.finish(messages, played.exchanges[-1].t_s, phase=phase, caught=int(caught))
-
-    def _figures(self, chosen: _Playable, caught: bool, missed: Miss | None, apex_m: float) -> AttemptFigures:
         aim = chosen.aim
-        return AttemptFigures(
+        figures = AttemptFigures(
             along_m=None if aim is None else aim.along_m,
             shift_m=(0.0, 0.0) if aim is None else aim.shift_m,
-            caught=caught,
-            miss_m=missed,
-            apex_m=apex_m,
-            led=self._progress.servo is not None,
+            caught=self._told is None and played.caught(arm, runner.game),
+            miss_m=None if self._told is not None else played.miss_m(arm, runner.game, from_plan=visual),
+            apex_m=None if math.isnan(played.apex_m) else played.apex_m - game.cup.rim_m,
+            led=led or progress.servo is None or progress.servo.follows,
+            path_m=chosen.path_m,
         )
+        if self._told is None:
+            messages += self._conclude(phase, figures, timed[-1][0])
+        else:
+            progress.untold = UntoldRollout(phase, figures, since)
+        duration_s = played.exchanges[-1].t_s
+        self._session.finish(messages, duration_s, durable=True, phase=phase, caught=int(figures.caught))
+
+    def _tell(self, untold: UntoldRollout) -> None:
+        """Wait until the outcome of the newest rollout is told."""
+        progress = self._progress
+        assert self._told is not None
+        outcome = self._told.wait(len(progress.attempts) + len(progress.repeats) + 1, untold.since)
+        progress.untold = None
+        figures = dataclasses.replace(untold.figures, caught=outcome.caught, outcome=outcome.text)
+        self._session.note(self._conclude(untold.phase, figures, progress.clock_s))
+
+    def _conclude(self, phase: str, figures: AttemptFigures, t_s: float) -> list[trace.TimedMessage]:
+        """Keep what came of a rollout, and return the message that says it."""
+        progress = self._progress
+        if phase == "repeat":
+            progress.repeats.append(figures.caught)
+            return []
+        progress.attempts.append(figures)
+        return [("/transfer/imitation/rollout", t_s, attempt_message(len(progress.attempts) - 1, figures))]
 
     def _identify(self, played: Played) -> None:
-        """Find the servo where it is not known yet; attempts before it count for the aim only if it changes nothing."""
+        """Find the servo where it is not known yet."""
         progress = self._progress
         if progress.servo is not None:
             return
         progress.servo = servo_of(self._arm, played.exchanges, self._runner.robot.period_s)
         self._leading.lead(progress.servo)
-        if progress.servo is None or progress.servo.follows:
-            progress.attempts = [dataclasses.replace(one, led=True) for one in progress.attempts]
 
 
 @dataclass(frozen=True)
@@ -138,6 +162,7 @@ class _Playable:
     joints: JointTrajectory
     correction: CorrectionSettings
     from_s: float
+    path_m: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -151,7 +176,7 @@ class _Attempts:
 
     def next(self, played: Sequence[AttemptFigures]) -> _Playable | None:
         """Return the motion to play after the attempts ``played``; None where aiming has failed."""
-        told = [one for one in played if one.led]
+        told = [one for one in played if one.led and (one.outcome or one.apex_m is not None)]
         if self.aims is None or not told:
             return self.planned
         aims = self.aims()
@@ -173,12 +198,15 @@ class _Attempts:
                 correction, _ = self.around.correction(joints, from_s)
             except StageError:
                 continue
-            return _Playable(nearer, joints, correction, from_s)
+            return _Playable(nearer, joints, correction, from_s, aims.path_m)
         return self.planned
 
 
 def attempt_message(index: int, one: AttemptFigures) -> ImitationMessage:
     """Return an attempt for the log."""
     miss_x, miss_y = (math.nan, math.nan) if one.miss_m is None else one.miss_m
+    apex_m = math.nan if one.apex_m is None else one.apex_m
     along_m = math.nan if one.along_m is None else one.along_m
-    return ImitationMessage(index, along_m, *one.shift_m, one.caught, miss_x, miss_y, one.apex_m, one.led)
+    return ImitationMessage(
+        index, along_m, *one.shift_m, one.caught, miss_x, miss_y, apex_m, one.led, one.outcome, one.path_m
+    )

@@ -69,6 +69,8 @@ class ImitationMessage:
 
     The aim is the miss along x that the model predicts for the motion, ``along_m``, and the shift of its goal in
     flight; nan for the motion as planned. ``led`` is False before the arm's servo was known that led later attempts.
+    ``outcome`` are the words that told it, empty where the miss was measured; ``path_m`` are the least and the largest
+    predicted miss of the motions that were simulated, empty before there were any.
     """
 
     index: int
@@ -80,6 +82,8 @@ class ImitationMessage:
     miss_y_m: float
     apex_m: float
     led: bool
+    outcome: str
+    path_m: Collection[float]
 
 
 TOPICS: Mapping[str, type] = {

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from kendama_cli.adaptation.aim import SHORT_M
+from kendama_cli.log.reader import TypedMessages
 from kendama_cli.report.animation import Ahead
 from kendama_cli.report.figure import Panel
 from kendama_cli.report.origin import robot_of
@@ -16,10 +19,10 @@ from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.replay.camera_images import camera_images
 from kendama_cli.report.replay.performance import Expected, Performance, performance
 from kendama_cli.report.source import StageLog
-from kendama_cli.report.style import CUP, MUTED, OTHER, PAPER, SERIES
+from kendama_cli.report.style import CUP, INK, MUTED, OTHER, PAPER, SERIES
 from kendama_cli.report.tracks import Array, Path2D, direction, last_start_s
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform
-from kendama_cli.stages.transfer.messages import GameEstimateMessage, GameMessage
+from kendama_cli.stages.transfer.messages import GameEstimateMessage, GameMessage, ImitationMessage
 
 _SCENE = "/transfer/scene"
 
@@ -90,28 +93,50 @@ def _has_images(log: StageLog, start_s: float, end_s: float) -> bool:
     )
 
 
-def aim_panel(attempts: pd.DataFrame) -> Panel | None:
-    """Draw the misses of the attempts at the imitated swing over their number."""
-    if attempts.empty:
+def aim_panel(attempts: TypedMessages[ImitationMessage]) -> Panel | None:
+    """Draw the misses of the attempts at the imitated swing, or the words for them, and below what was aimed at."""
+    if not len(attempts):
         return None
-    number = attempts["index"].to_numpy(np.int64) + 1
-    caught = attempts["caught"].to_numpy(bool)
-    with drawing("transfer-aim", "Miss of each attempt", width_in=3.4, height_in=2.6) as made:
-        axes = made.axes()[0]
-        axes.axhline(0, color=MUTED, lw=0.7, label="_no miss")
-        for name, colour in (("x", CUP), ("y", SERIES[1])):
-            miss_mm = 1e3 * attempts[f"miss_{name}_m"].to_numpy(np.float64)
-            known = np.isfinite(miss_mm)
-            shown = np.where(known, miss_mm, -1e3 * SHORT_M if name == "x" else 0.0)
-            axes.plot(number, shown, color=colour, lw=0.8, label=f"_{name}")
-            for which, face in ((caught, colour), (~caught, PAPER)):
-                label = name if which is caught or not caught.any() else f"_{name}"
-                axes.plot(number[which], shown[which], "o", color=colour, mfc=face, ms=5, label=label)
-        axes.set_xlabel("attempt")
-        axes.set_ylabel("miss [mm]")
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        legend_above(axes)
-    return made.panel("Miss of each attempt")
+    with drawing("transfer-aim", "Miss and aim of each rollout", width_in=3.4, height_in=3.6) as made:
+        miss, aim = made.canvas.subplots(2, 1, sharex=True)
+        _draw_misses(miss, attempts.messages)
+        _draw_aims(aim, attempts.messages)
+        aim.set_xlabel("rollout")
+        aim.xaxis.set_major_locator(MaxNLocator(integer=True))
+    return made.panel("Miss and aim of each rollout")
+
+
+_COLOURS = {"x": CUP, "y": SERIES[1]}
+
+
+def _draw_misses(axes: Axes, told: Sequence[ImitationMessage]) -> None:
+    number, caught = np.array([one.index + 1 for one in told]), np.array([one.caught for one in told])
+    axes.axhline(0, color=MUTED, lw=0.7, label="_no miss")
+    for name, colour in _COLOURS.items():
+        miss_mm = 1e3 * np.array([getattr(one, f"miss_{name}_m") for one in told])
+        lost_mm = -1e3 * SHORT_M if name == "x" else 0.0
+        shown = np.where(np.isfinite(miss_mm), miss_mm, [0.0 if one.outcome else lost_mm for one in told])
+        axes.plot(number, shown, color=colour, lw=0.8, label=f"_{name}")
+        for which, face in ((caught, colour), (~caught, PAPER)):
+            label = name if which is caught or not caught.any() else f"_{name}"
+            axes.plot(number[which], shown[which], "o", color=colour, mfc=face, ms=5, label=label)
+    for one in told:
+        axes.annotate(one.outcome, (one.index + 1, 0), (0, 7), textcoords="offset points", ha="center", fontsize=7)
+    axes.set_ylabel("miss [mm]")
+    legend_above(axes)
+
+
+def _draw_aims(axes: Axes, told: Sequence[ImitationMessage]) -> None:
+    number = [one.index + 1 for one in told]
+    axes.axhline(0, color=MUTED, lw=0.7, label="_aim at the cup")
+    for low, high in [one.path_m for one in told if len(one.path_m)][-1:]:
+        axes.axhspan(1e3 * low, 1e3 * high, color=MUTED, alpha=0.12, lw=0, label="_path")
+    for name, colour in _COLOURS.items():
+        shift_mm = [1e3 * getattr(one, f"shift_{name}_m") for one in told]
+        axes.plot(number, shift_mm, "o-", color=colour, lw=0.8, ms=4, label=f"goal, {name}")
+    axes.plot(number, [1e3 * one.along_m for one in told], "s-", color=INK, lw=0.8, ms=4, label="motion")
+    axes.set_ylabel("aim [mm]")
+    legend_above(axes, columns=3)
 
 
 _BINS = 10

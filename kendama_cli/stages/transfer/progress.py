@@ -58,23 +58,42 @@ class AttemptFigures:
     """One attempt at the imitation: its aim (adaptation.aim), and what came of it in the world.
 
     ``along_m`` is None for the motion as planned. ``miss_m`` is the ball beside the planned cup, None where it never
-    came down, ``apex_m`` its maximum height over the rim. ``led`` is False before the servo was known that led later
-    attempts.
+    came down, ``apex_m`` its maximum height over the rim, None where the ball is not tracked. ``led`` is False before
+    the servo was known that led later attempts. ``outcome`` are the words for it, empty where it was measured.
     """
 
     along_m: float | None
     shift_m: tuple[float, float]
     caught: bool
     miss_m: tuple[float, float] | None
-    apex_m: float
+    apex_m: float | None
     led: bool
+    outcome: str = ""
+    path_m: tuple[float, ...] = ()
+    """Ends of the path of motions that the aim was chosen from."""
 
     @staticmethod
     def of(numbers: Mapping[str, Any]) -> AttemptFigures:
         """Return the attempt of JSON values."""
         miss_m, (x, y) = numbers["miss_m"], numbers["shift_m"]
         missed = None if miss_m is None else (float(miss_m[0]), float(miss_m[1]))
-        return AttemptFigures(**{**numbers, "shift_m": (float(x), float(y)), "miss_m": missed})
+        return AttemptFigures(
+            **{**numbers, "shift_m": (float(x), float(y)), "miss_m": missed, "path_m": tuple(numbers["path_m"])}
+        )
+
+
+@dataclass(frozen=True)
+class UntoldRollout:
+    """Rollout that was played and whose outcome is not told yet: it is, from byte ``since`` of a file on."""
+
+    phase: str
+    figures: AttemptFigures
+    since: int
+
+    @staticmethod
+    def of(numbers: Mapping[str, Any]) -> UntoldRollout:
+        """Return the rollout of JSON values."""
+        return UntoldRollout(numbers["phase"], AttemptFigures.of(numbers["figures"]), int(numbers["since"]))
 
 
 Start = Literal["table", "scratch"]
@@ -95,6 +114,7 @@ class Progress:
         self.attempts = [AttemptFigures.of(one) for one in state["imitation"]]
         self.aim_failed = bool(state["aim_failed"])
         self.repeats: list[bool] = list(state["repeats"])
+        self.untold = None if state["untold"] is None else UntoldRollout.of(state["untold"])
         self.rope_fit = None if state["rope_fit"] is None else RopeFitFigures(**state["rope_fit"])
         self.servo = None if state["servo"] is None else _servo(state["servo"])
         self.games = [GameFigures(**game) for game in state["games"]]
@@ -122,6 +142,7 @@ class Progress:
         fresh: dict[str, Any] = {name: [] for name in _RESULTS}
         fresh |= {
             "aim_failed": False,
+            "untold": None,
             "rope_fit": None,
             "servo": None,
             "clock_s": 0.0,
@@ -140,6 +161,7 @@ class Progress:
             "imitation": [dataclasses.asdict(one) for one in self.attempts],
             "aim_failed": self.aim_failed,
             "repeats": list(self.repeats),
+            "untold": None if self.untold is None else dataclasses.asdict(self.untold),
             "rope_fit": None if self.rope_fit is None else dataclasses.asdict(self.rope_fit),
             "servo": None if self.servo is None else _numbers(self.servo),
             "games": [dataclasses.asdict(game) for game in self.games],

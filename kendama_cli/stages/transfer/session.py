@@ -145,13 +145,25 @@ class TransferSession:
         """Yield commands and measurements of a rollout."""
         return trace.exchange_messages(timed, self._runner.robot.joint_names)
 
-    def finish(self, messages: Iterable[trace.TimedMessage], duration_s: float, **figures: float | int | str) -> None:
-        """Log a whole rollout at once and save."""
+    def finish(
+        self,
+        messages: Iterable[trace.TimedMessage],
+        duration_s: float,
+        *,
+        durable: bool = False,
+        **figures: float | int | str,
+    ) -> None:
+        """Log a whole rollout at once and save; ``durable``: in any case, as it must not be played twice."""
         self._log(messages)
         self._kept.forget()
         self._progress.finished(duration_s, self._runner.robot.missed)
         self._ctx.progress(self._progress.count, None, **figures)
-        self._ctx.checkpoint(self._progress.saved)
+        self._ctx.checkpoint(self._progress.saved, force=durable)
+
+    def note(self, messages: Iterable[trace.TimedMessage]) -> None:
+        """Log what was told after a rollout, and save."""
+        self._log(messages)
+        self._ctx.checkpoint(self._progress.saved, force=True)
 
     def log_broken_off(self) -> None:
         """Log what was played of a rollout that did not end: what was sent and measured, and the scene."""

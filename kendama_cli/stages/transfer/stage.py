@@ -29,6 +29,7 @@ from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.safety import SafetySettings
 from kendama_cli.stages.interface import StageContext, StageResult
 from kendama_cli.stages.transfer.imitating import ImitationSession, imitation_over
+from kendama_cli.stages.transfer.outcome import MEASURED, ToldOutcomes
 from kendama_cli.stages.transfer.progress import Progress
 from kendama_cli.stages.transfer.results import transfer_result, warnings
 from kendama_cli.stages.transfer.session import TransferSession
@@ -87,6 +88,9 @@ class Transfer:
             _, held = around.correction(motion.joints, follow_from_s(motion))
             if motion.caught and not imitation_over(progress, settings):
                 aims = _aims(setup, motion, around.adapt, now=self._hardware.moves)
+        told = None
+        if motion is not None and settings.outcome != MEASURED and not imitation_over(progress, settings):
+            told = ToldOutcomes(settings.outcome, ctx)
         seed = int(progress.rng("body", 0).integers(2**63))
         with open_robot(self._hardware, setup.robot, setup.game) as bare:
             leading = LeadingRobot(compensated(bare, given.get("identify")), builder.arm)
@@ -96,7 +100,7 @@ class Transfer:
                     runner, progress, ctx, settings=settings, learn=learn, arm=builder.arm, kept=robot
                 )
                 imitation = ImitationSession(
-                    session, runner, progress, settings=settings, arm=builder.arm, leading=leading
+                    session, runner, progress, settings=settings, arm=builder.arm, leading=leading, told=told
                 )
                 if saved is None:
                     session.show(setup.game, setup.cameras.camera if settings.observation.source == "cameras" else None)

@@ -15,7 +15,7 @@ from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.errors import StageError
 from kendama_cli.stages.transfer.imitating import _Attempts, _Playable, attempt_message, imitation_over
-from kendama_cli.stages.transfer.progress import AttemptFigures, Progress
+from kendama_cli.stages.transfer.progress import AttemptFigures, Progress, UntoldRollout
 from tests.control.test_games import LEARN, TRANSFER
 from tests.stages.transfer.test_progress import POLICY
 
@@ -26,6 +26,8 @@ JOINTS = JointTrajectory(("a",), np.arange(3.0), *(np.zeros((3, 1)),) * 3)
 
 class FakeAims:
     """Aims whose motions stand for their own ``along_m``; ``next`` moves by what was missed last."""
+
+    path_m = (-0.2, 0.2)
 
     def next(self, played: Sequence[AttemptFigures], rope_scale: float) -> Aim | None:
         last = played[-1]
@@ -86,6 +88,14 @@ def test_where_nothing_else_is_safe_the_plan_is_played() -> None:
     assert chosen.aim is None
 
 
+def test_a_miss_that_nobody_measured_aims_nothing_unless_words_tell_it() -> None:
+    unseen = dataclasses.replace(MISSED, apex_m=None)
+    chosen, told = attempts().next([unseen]), attempts().next([dataclasses.replace(unseen, outcome="short")])
+    assert chosen is not None
+    assert told is not None
+    assert (chosen.aim, told.aim) == (None, Aim(0.1))
+
+
 def test_aiming_that_has_failed_ends_the_attempts() -> None:
     assert attempts().next([dataclasses.replace(MISSED, miss_m=None)]) is None
 
@@ -123,8 +133,10 @@ def test_the_imitation_is_over_after_its_attempts_or_its_repeats_or_given_up() -
 def test_attempts_survive_a_checkpoint() -> None:
     progress = Progress.resumed(None, POLICY, LEARN, settings(), np.random.default_rng(1))
     progress.attempts = [dataclasses.replace(MISSED, miss_m=None, led=False), CAUGHT]
+    progress.untold = UntoldRollout("repeat", dataclasses.replace(CAUGHT, apex_m=None, path_m=(-0.2, 0.2)), 17)
+    assert not imitation_over(progress, settings()), "its outcome is still to be told"
     again = Progress.resumed(progress.saved(), POLICY, LEARN, settings(), np.random.default_rng(2))
-    assert again.attempts == progress.attempts
+    assert (again.attempts, again.untold) == (progress.attempts, progress.untold)
     assert again.imitation == [False, True]
 
 
