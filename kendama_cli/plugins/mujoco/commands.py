@@ -43,12 +43,15 @@ def robot_urdf(
     write_file(output.absolute(), made.text.encode())
     tree = read_tree(str(output))
     tip = choose_arm(tree, ()).tip_link
-    joints = [name for one in tree.chain(tip) if is_free(one, ()) and (name := one.get("name"))]
+    chain = [one for one in tree.chain(tip) if is_free(one, ())]
+    joints = [one.get("name", "") for one in chain]
     render.text(f"{model}: {len(joints)} joints to '{tip}': {', '.join(joints)}")
     if len(speeds) not in (0, 1, len(joints)):
         raise UsageError(f"--speed {speed}: {len(speeds)} values for {len(joints)} joints; give one, or one a joint")
     tops = speeds * (len(joints) if len(speeds) == 1 else 1) or ("?",) * len(joints)
     words = ["kendama", "robot", "place", "robot=urdf", f"robot.path={output}", _row("velocity_rad_s", tops)]
+    if any((limit := one.find("limit")) is None or limit.get("effort") is None for one in chain):
+        words.append(_row("effort_nm", ("?",) * len(joints)))
     rotors = tuple(made.rotor_inertia_kg_m2[one] for one in joints)
     words += [_row("rotor_inertia_kg_m2", rotors)] if any(rotors) else []
     words += ["-o", f"conf/robot/{output.stem}.yaml"]

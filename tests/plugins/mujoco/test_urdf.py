@@ -114,13 +114,17 @@ def test_the_command_writes_it_and_says_how_to_go_on(
     code, out, err = kendama(capsys, "robot", "urdf", ".", "--speed", "2", "-o", "mine.urdf")
     assert (code, out) == (0, "arm.xml: 7 joints to 'flange': a1, a2, a3, a4, a5, a6, a7\n")
     speeds, rotors = f"[{','.join(['2'] * 7)}]", f"[{','.join(['0.1'] * 7)}]"
-    assert f"'robot.velocity_rad_s={speeds}' 'robot.rotor_inertia_kg_m2={rotors}' -o conf/robot/mine.yaml" in err
+    limits = f"'robot.velocity_rad_s={speeds}' 'robot.rotor_inertia_kg_m2={rotors}'"
+    assert f" robot.path=mine.urdf {limits} -o conf/robot/mine.yaml" in err
     assert (
         kendama(capsys, "robot", "describe", "robot=urdf", "robot.path=mine.urdf", f"robot.velocity_rad_s={speeds}")[0]
         == 0
     )
     assert "type numbers in rad/s" in refused(capsys, "robot", "urdf", "arm.xml", "--speed", "fast", "-o", "b.urdf")
     assert "2 values for 7 joints" in refused(capsys, "robot", "urdf", "arm.xml", "--speed", "1,2", "-o", "b.urdf")
+    own_iiwa(tmp_path, tireless)
+    unknown = f"'robot.velocity_rad_s=[{','.join('?' * 7)}]' 'robot.effort_nm=[{','.join('?' * 7)}]' "
+    assert unknown in kendama(capsys, "robot", "urdf", "arm.xml", "-o", "b.urdf")[2]
     (tmp_path / "twin.xml").write_text((tmp_path / "arm.xml").read_text())
     assert "has 2 models of arms; name one: arm.xml, twin.xml" in refused(capsys, "robot", "urdf", ".", "-o", "b.urdf")
 
@@ -137,6 +141,11 @@ def test_where_the_model_reaches_less_than_the_urdf_its_range_counts(tmp_path: P
     given = RobotModel(IIWA, GAME.cup, GAME.gravity_m_s2).limits
     assert (robot.limits.lower_rad[2], robot.limits.upper_rad[2]) == (-1.6, 1.5)
     assert np.delete(robot.limits.upper_rad, 2) == pytest.approx(np.delete(given.upper_rad, 2), abs=1e-4)
+
+
+def tireless(spec: Any) -> None:
+    for joint in spec.joints:
+        joint.actfrclimited = False
 
 
 def narrow(spec: Any) -> None:
