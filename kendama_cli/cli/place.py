@@ -17,6 +17,7 @@ from kendama_cli.cli.pipeline_result import PipelineResult, run_for
 from kendama_cli.config.site import Site
 from kendama_cli.errors import StageError, UsageError
 from kendama_cli.motion.dmp.heading import scaled_plan
+from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.robot_model.description import read_lines
 from kendama_cli.robot_model.placement.find_placement import PlacedMotion, find_placement, measured, require_workable
@@ -50,7 +51,8 @@ def place(site: Site, pipeline: str, overrides: list[str], options: PlaceOptions
     plan = scaled_plan(made.artifact, adapt.swing_scale, adapt.tau_start)
     robot = resolve_files(settings["robot"], "robot", site.data_roots)
     game, lead_in = settings["game"], adapt.lead_in_m_s2
-    kept = adapt.line if options.line else None
+    games = any("learn" in stage.config for stage in load_pipeline(pipeline, site.pipeline_folders).stages)
+    kept = adapt.line if options.line or games else None  # a ball is measured and caught on the line
 
     def show_progress(done: int, total: int, cost: float) -> None:
         render.note(f"place: {done}/{total}, {'nothing reaches yet' if cost >= 1e1 else f'peak {cost:.3f}'}")

@@ -72,6 +72,8 @@ def played(folder: Path, arm: str, model: str, seed: int, run_seed: int) -> dict
     twin += [f"hardware.rope_scale={rope:.6f}", f"hardware.drag_scale={drag:.6f}"]
     document = json.loads(command(folder, *words, *twin, "--json"))
     metrics = next(one["metrics"] for one in document["stages"] if one["name"] == "transfer")
+    if "imitation_attempts" not in metrics:
+        raise RuntimeError(f"{arm}, seed {seed}: {document}")
     lag_s = metrics.get("servo_lag_s")
     values = [metrics.get(key) for key in ("imitation_caught_at", "imitation_attempts")]
     values += [None if lag_s is None else round(1e3 * lag_s, 1), metrics.get("servo_sag_mm")]

@@ -51,6 +51,15 @@ def test_the_node_that_is_written_is_the_placement_that_is_shown(tmp_path: Path)
     assert node["name"] == "mine"
 
 
+@pytest.mark.slow
+def test_a_pipeline_that_plays_on_a_robot_is_placed_with_its_line(tmp_path: Path) -> None:
+    one, other = (
+        json.loads(kendama(tmp_path, "robot", "place", *words, ONE, *BRIEF, "--json").stdout)["placement"]
+        for words in (["-p", "perform"], ["--line"])
+    )
+    assert one == other
+
+
 def test_the_table_names_every_joint_and_marks_who_leads(tmp_path: Path) -> None:
     done = kendama(tmp_path, "robot", "place", ONE, *BRIEF)
     head, *rows = done.stdout.splitlines()

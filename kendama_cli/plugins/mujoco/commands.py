@@ -49,7 +49,16 @@ def robot_urdf(
     if len(speeds) not in (0, 1, len(joints)):
         raise UsageError(f"--speed {speed}: {len(speeds)} values for {len(joints)} joints; give one, or one a joint")
     tops = speeds * (len(joints) if len(speeds) == 1 else 1) or ("?",) * len(joints)
-    words = ["kendama", "robot", "place", "robot=urdf", f"robot.path={output}", _row("velocity_rad_s", tops)]
+    words = [
+        "kendama",
+        "robot",
+        "place",
+        "-p",
+        "perform",
+        "robot=urdf",
+        f"robot.path={output}",
+        _row("velocity_rad_s", tops),
+    ]
     if any((limit := one.find("limit")) is None or limit.get("effort") is None for one in chain):
         words.append(_row("effort_nm", ("?",) * len(joints)))
     rotors = tuple(made.rotor_inertia_kg_m2[one] for one in joints)

@@ -115,7 +115,9 @@ def test_the_command_writes_it_and_says_how_to_go_on(
     assert (code, out) == (0, "arm.xml: 7 joints to 'flange': a1, a2, a3, a4, a5, a6, a7\n")
     speeds, rotors = f"[{','.join(['2'] * 7)}]", f"[{','.join(['0.1'] * 7)}]"
     limits = f"'robot.velocity_rad_s={speeds}' 'robot.rotor_inertia_kg_m2={rotors}'"
-    assert f" robot.path=mine.urdf {limits} -o conf/robot/mine.yaml" in err
+    assert (
+        f"next: kendama robot place -p perform robot=urdf robot.path=mine.urdf {limits} -o conf/robot/mine.yaml" in err
+    )
     assert (
         kendama(capsys, "robot", "describe", "robot=urdf", "robot.path=mine.urdf", f"robot.velocity_rad_s={speeds}")[0]
         == 0
