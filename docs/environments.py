@@ -31,7 +31,7 @@ FLIGHT = (
 GOAL = ("ball angle from hanging, on either side", "rad"), ("angular velocity away from hanging", "rad/s")
 """Meaning and unit of each observed number."""
 MEANINGS = {
-    "overrides": 'settings as on the command line: `["learn/task=paper"]`',
+    "overrides": 'settings as on the command line: `["learn/task=paper_caught"]`',
     "hold_s": "duration of an action, in whole steps of `learn.step_s` [s]",
     "actions": '`"discrete"` or `"continuous"`',
     "normalised": "observations as fractions of typical values",

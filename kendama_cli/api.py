@@ -181,7 +181,7 @@ def environment(overrides: Sequence[str] = (), hold_s: float = 0.05) -> gymnasiu
     Parameters
     ----------
     overrides : sequence of str
-        Overrides as on the command line: ``["simulation/engine=dart", "learn/task=paper"]``; by default on the rail.
+        Overrides as on the command line: ``["simulation/engine=dart", "learn/task=easy"]``; by default on the rail.
     hold_s : float
         Duration of an action [s].
 

@@ -107,7 +107,7 @@ class SwingUp(PaintedEnv[Observation]):
         gamma: float | None = None,
         render_mode: str | None = None,
     ) -> None:
-        """Compose ``overrides`` as on the command line: ``["learn/task=paper", "learn.rollout_s=3.0"]``.
+        """Compose ``overrides`` as on the command line: ``["learn/task=paper_caught", "learn.rollout_s=3.0"]``.
 
         Raises ConfigError for what is not allowed.
         """

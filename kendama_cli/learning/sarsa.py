@@ -17,16 +17,22 @@ class ValueTable:
     """Q += alpha [r + gamma V - Q(s, a)] e (equations.md eq. 6, 7), with V of the chosen update.
 
     The traces e are replacing ones (S. Singh and R. Sutton, Machine Learning 22, 1996): all fade by gamma lambda, then
-    that of the visited entry becomes 1.
+    that of the visited entry becomes 1. With ``by_state``, a visit also ends the traces of the state's other actions.
     """
 
     def __init__(
-        self, q: NDArray[np.float64], *, gamma: float, trace_decay: float, update: UpdateName = "sarsa"
+        self,
+        q: NDArray[np.float64],
+        *,
+        gamma: float,
+        trace_decay: float,
+        update: UpdateName = "sarsa",
+        by_state: bool = False,
     ) -> None:
         """Store a copy of ``q`` (states, actions)."""
         self.q: NDArray[np.float64] = np.array(q, dtype=np.float64)
         """The latest table. Not to be written to."""
-        self._update, self._gamma, self._fading = update, gamma, gamma * trace_decay
+        self._update, self._gamma, self._fading, self._by_state = update, gamma, gamma * trace_decay, by_state
         self._traces, self._change = np.zeros_like(self.q), np.empty_like(self.q)
 
     @property
@@ -52,6 +58,8 @@ class ValueTable:
             kept = keeps_traces(self._update, self.q, next_row, next_column)
         error = reward + self._gamma * following - float(self.q[row, column])
         self._traces *= self._fading
+        if self._by_state:
+            self._traces[row] = 0.0
         self._traces[row, column] = 1.0
         self.q += np.multiply(self._traces, alpha * error, out=self._change)
         if not kept:
@@ -81,6 +89,7 @@ class SarsaLearner(ValueLearner):
             gamma=settings.gamma,
             trace_decay=settings.trace_decay,
             update=settings.update,
+            by_state=settings.traces == "state",
         )
 
     @property

@@ -12,6 +12,7 @@ from kendama_cli.errors import ConfigError
 from kendama_cli.learning.task_settings import (
     CountSettings,
     EngineSettings,
+    FlightSensorSettings,
     GoalSettings,
     LimitedWorkspace,
     NoiseSettings,
@@ -203,6 +204,7 @@ class LearnSettings:
     exploration: ExplorationSettings
     workspace: WorkspaceSettings
     noise: NoiseSettings
+    sensor: FlightSensorSettings
     randomisation: RandomisationSettings
     validation: ValidationSettings
     count: CountSettings
@@ -219,6 +221,10 @@ class LearnSettings:
         "Decay lambda of the eligibility traces. 0 updates the last action only, 1 the whole rollout.",
         at_least=0,
         at_most=1,
+    )
+    traces: Literal["pair", "state"] = setting(
+        "Eligibility traces of a table: of each pair of state and action ('pair'), or of each state, whose last action "
+        "they belong to ('state')."
     )
     update: Literal["sarsa", "q"] = setting(
         "Target of the update: the value of the next action ('sarsa') or of the best one ('q')."

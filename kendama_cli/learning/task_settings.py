@@ -108,6 +108,15 @@ class NoiseSettings:
 
 
 @dataclass(frozen=True)
+class FlightSensorSettings:
+    """Sensor of the evaluation's second catch: the flying ball's position with noise, at a camera's rate, and late."""
+
+    rate_hz: float = setting("The flying ball is measured this often [Hz].", above=0, at_most=1000)
+    sigma_m: float = setting("Standard deviation of its measured position along x and z [m].", above=0)
+    latency_s: float = setting("Time from a measurement to the command that uses it [s].", at_least=0)
+
+
+@dataclass(frozen=True)
 class RailEngine:
     """The cup on a rail, compiled: its acceleration is what is commanded, and the ball is a point on a rope."""
 

@@ -77,6 +77,7 @@ adapt.placement: given fixed
 learn.harmonic.drives: suited auto
 learn.learner: lucky random_replay, pump energy_pumping
 learn.learner.kind: lucky random_replay, pump energy_pumping
+learn.task: paper paper_caught
 predict.detector: taught trained
 predict.detector.kind: taught trained
 safety: usual default

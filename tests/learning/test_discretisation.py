@@ -24,7 +24,7 @@ def test_the_default_grid_has_the_papers_324_states():
 
 
 SIDES = learn_settings("easy", grid__position="side", grid__position_edges_m=[0.0]).grid
-GRIDS = {name: StateGrid(learn_settings(name).grid) for name in ("easy", "hard", "paper")}
+GRIDS = {name: StateGrid(learn_settings(name).grid) for name in ("easy", "hard", "paper_caught")}
 
 
 @pytest.mark.parametrize("name", GRIDS)
@@ -79,14 +79,14 @@ def test_distance_does_not_tell_the_sides_apart_and_side_does():
 
 @given(STATE.filter(lambda state: state.x_m != 0.0))
 def test_a_mirrored_grid_gives_a_state_and_its_mirror_image_one_row_but_two_places(state):
-    grid = GRIDS["paper"]
+    grid = GRIDS["paper_caught"]
     image = SwingState(*(-part for part in state))
     assert grid.row(image) == grid.row(state)
     assert abs(grid.place(image) - grid.place(state)) == grid.n_states
 
 
 def test_a_mirrored_grid_tells_outward_from_inward_and_far_from_near():
-    grid = StateGrid(learn_settings("paper").grid)
+    grid = StateGrid(learn_settings("paper_caught").grid)
     outward, inward, near = (SwingState(x, v, 0.5, 2.0) for x, v in ((0.3, 0.9), (0.3, -0.9), (0.1, 0.9)))
     assert len({grid.row(state) for state in (outward, inward, near)}) == 3
     assert [grid.cell(state)[:2] for state in (outward, inward, near)] == [(1, 2), (1, 0), (0, 2)]

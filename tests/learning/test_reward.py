@@ -100,7 +100,7 @@ def test_a_ball_that_stays_below_the_rim_lands_nowhere():
 
 def test_displacement_costs_beyond_the_free_range_only():
     rewards = learn_settings(
-        "paper", reward__step=-0.2, reward__displacement_per_m=100.0, reward__displacement_free_m=0.3
+        "paper_caught", reward__step=-0.2, reward__displacement_per_m=100.0, reward__displacement_free_m=0.3
     ).reward
     assert step_reward(rewards, 0.29) == -0.2
     assert step_reward(rewards, -0.35) == pytest.approx(-0.2 - 5.0)

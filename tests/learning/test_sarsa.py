@@ -81,7 +81,7 @@ def test_success_raises_and_timeout_lowers_what_was_tried():
 
 def test_the_reward_of_a_rollout_is_that_of_its_actions_and_its_end():
     settings = learn_settings(
-        "paper", reward__step=-0.2, reward__displacement_per_m=100.0, reward__displacement_free_m=0.3
+        "paper_caught", reward__step=-0.2, reward__displacement_per_m=100.0, reward__displacement_free_m=0.3
     )
     learner = SarsaLearner(settings, q=np.zeros((324, 5)))
     learner.begin_rollout(np.random.default_rng(0))
@@ -169,7 +169,7 @@ def mirror(state: SwingState) -> SwingState:
 
 
 def test_on_a_mirrored_grid_the_mirror_image_is_answered_by_the_opposite_and_teaches_the_same():
-    settings = learn_settings("paper", alpha=0.5)
+    settings = learn_settings("paper_caught", alpha=0.5)
     rng = np.random.default_rng(4)
     states = [SwingState(*rng.normal(0.0, (0.2, 0.5, 1.5, 3.0))) for _ in range(60)]
     q = rng.normal(size=(324, 5))
@@ -221,7 +221,7 @@ def test_the_policy_is_the_table_with_the_longest_streak_while_it_was_frozen():
     np.testing.assert_array_equal(play("fff"), third)
 
 
-@pytest.mark.parametrize(("name", "driven"), [("easy", "acceleration"), ("paper", "position")])
+@pytest.mark.parametrize(("name", "driven"), [("easy", "acceleration"), ("paper_caught", "position")])
 def test_what_a_harmonic_drives_suits_the_workspace(name, driven):
     def actions(drives: str) -> list[float]:
         learner = SarsaLearner(learn_settings(name, harmonic__drives=drives))
@@ -373,3 +373,15 @@ def fractions(visits: list[int], alpha: float = 0.1, fading: float = 0.8) -> lis
 def test_a_trace_fades_by_gamma_lambda_with_every_visit_elsewhere_and_a_second_visit_replaces_it():
     assert fractions([0, 1, 2]) == pytest.approx([0.64, 0.8, 1.0], rel=1e-14)
     assert fractions([0, 0])[0] == pytest.approx(1.0)
+
+
+def test_a_trace_of_a_state_belongs_to_the_action_chosen_there_last() -> None:
+    """Singh and Sutton 1996: a second visit with another action leaves nothing of the first; pairs keep theirs."""
+    changed = {}
+    for by_state in (False, True):
+        table = ValueTable(np.zeros((2, 2)), gamma=1.0, trace_decay=1.0, by_state=by_state)
+        table.update(Transition(0, 0, 0.0, 1, 0), 0.5)
+        table.update(Transition(1, 0, 0.0, 0, 1), 0.5)
+        table.update(Transition(0, 1, 10.0, None, None), 0.5)
+        changed[by_state] = table.q.tolist()
+    assert changed == {False: [[5.0, 5.0], [5.0, 0.0]], True: [[0.0, 5.0], [5.0, 0.0]]}

@@ -52,7 +52,7 @@ def test_a_wrong_value_is_refused_with_its_key_and_what_is_allowed(replaced, mes
     assert refused.value.key.startswith("learn.")
 
 
-@pytest.mark.parametrize("name", ["easy", "hard", "hard_random", "paper"])
+@pytest.mark.parametrize("name", ["easy", "hard", "hard_random", "paper_caught"])
 def test_the_shipped_settings_are_sound(name):
     assert len(learn_settings(name).actions_m_s2) == 5
 

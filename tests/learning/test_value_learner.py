@@ -57,7 +57,7 @@ def test_what_had_the_longest_streak_while_frozen_is_handed_over(averaged: bool,
 
 @pytest.mark.parametrize("acting", ["latest", "streak_mean"])
 def test_a_learner_hands_over_what_its_setting_says(acting: str) -> None:
-    learner = SarsaLearner(learn_settings("paper", acting=acting))
+    learner = SarsaLearner(learn_settings("paper_caught", acting=acting))
     tables = []
     for seed in range(5):
         learner.begin_rollout(np.random.default_rng(seed))

@@ -36,8 +36,8 @@ def test_a_table_learned_as_configured_is_accepted():
         (dataclasses.replace(GOOD, arrays=(NamedArray("q", np.ones((324, 5))),)), "is damaged: its digest is"),
         (dataclasses.replace(GOOD, kind="random_replay"), "is damaged: its digest is"),
         (
-            seal_table(np.zeros((324, 5)), learn_settings("paper")),
-            "is one of task 'paper', learned by 'sarsa'; the configuration has task 'easy' and learner 'sarsa'",
+            seal_table(np.zeros((324, 5)), learn_settings("paper_caught")),
+            "is one of task 'paper_caught', learned by 'sarsa'; the configuration has task 'easy' and learner 'sarsa'",
         ),
         (
             PolicyArtifact.seal("mine", {}, {}),

@@ -203,6 +203,7 @@ def _learn(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dic
         "learned": True,
         "rollouts_to_learned": 38,
         "rollouts_to_solved": 41,
+        "frozen_visual_caught_rate": 0.93,
         "frozen_caught_rate": 0.94,
         "half_swings": 2.0,
     }

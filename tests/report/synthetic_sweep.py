@@ -83,6 +83,7 @@ def _learn(path: Path, rng: np.random.Generator, needed: int, learned: bool) -> 
         "rollouts_to_solved": needed,
         "rollouts": needed + 29,
         "frozen_success_rate": 0.95,
+        "frozen_visual_caught_rate": 0.9,
         "frozen_caught_rate": float(1 - 0.05 * rng.random()) if learned else 0.2,
         "random_success_rate": 0.0025,
         "half_swings": float(rng.integers(3, 5)),

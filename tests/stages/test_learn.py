@@ -137,7 +137,9 @@ def test_q_learning_learns_the_swing_up():
 
 
 def test_the_papers_own_setting_gives_numbers_whether_it_is_proven_or_not():
-    metrics = learn(MemoryContext(seed=1), "paper", count__max_rollouts=60, count__evaluation_rollouts=10).metrics
+    metrics = learn(
+        MemoryContext(seed=1), "paper_caught", count__max_rollouts=60, count__evaluation_rollouts=10
+    ).metrics
     assert metrics["rollouts"] <= 60
     assert 0.0 <= metrics["frozen_caught_rate"] <= 1.0
     assert metrics["random_success_rate"] < 0.1

@@ -22,9 +22,9 @@ STAGE = StageDeclaration(
             "rollouts_to_solved",
             "rollouts to solved: before the first of 80 successes in a row",
         ),
-        Headline("frozen_caught_rate", "of swing-ups by the frozen policy end in the cup"),
+        Headline("frozen_visual_caught_rate", "of swing-ups by the frozen policy end in the cup, by noisy sight"),
     ),
-    brief="{rollouts_to_solved} rollouts to solved, {frozen_caught_rate:.0%} caught",
+    brief="{rollouts_to_solved} rollouts to solved, {frozen_visual_caught_rate:.0%} caught",
     metrics={
         "learned": "True if the policy reached its streak of successes while it learned.",
         "rollouts_to_learned": (
@@ -36,9 +36,18 @@ STAGE = StageDeclaration(
             "better."
         ),
         "rollouts": "Total number of rollouts of learning.",
-        "frozen_caught_rate": (
-            "Fraction of noisy rollouts of the frozen policy that end with the ball in the cup; 1 is best."
+        "frozen_visual_caught_rate": (
+            "Fraction of noisy rollouts of the frozen policy whose ball the cup then catches by measurements that are "
+            "noisy and late, on the rail; 1 is best."
         ),
+        "frozen_visual_caught_rate_low": "Lower end of the exact 95 % interval of frozen_visual_caught_rate.",
+        "frozen_visual_caught_rate_high": "Upper end of the exact 95 % interval of frozen_visual_caught_rate.",
+        "frozen_caught_rate": (
+            "Fraction of noisy rollouts of the frozen policy that end with the ball in the cup, which knows the true "
+            "ball after the release; 1 is best."
+        ),
+        "frozen_caught_rate_low": "Lower end of the exact 95 % interval of frozen_caught_rate.",
+        "frozen_caught_rate_high": "Upper end of the exact 95 % interval of frozen_caught_rate.",
         "frozen_success_rate": "Fraction of noisy rollouts of the frozen policy that reach the task's goal; 1 is best.",
         "half_swings": "Median number of half-swings until the goal, over successful rollouts.",
         "time_to_goal_s": "Median time until the goal, over successful rollouts; shorter is better.",

@@ -232,7 +232,7 @@ CHAPTER = EnsembleChapter(
     tables=learning_tables,
     headline=(
         Headline("rollouts_to_solved", "rollouts to solved, mean over the seeds; the cap counts for unsolved ones"),
-        Headline("frozen_caught_rate", "of swing-ups by the frozen policies end in the cup"),
+        Headline("frozen_visual_caught_rate", "of swing-ups by the frozen policies end in the cup, by noisy sight"),
         Headline("half_swings", "half-swings to the goal, mean"),
     ),
 )

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.simulation.swingup.rollout import SimulatedRollout
 from kendama_cli.stages.interface import Metric
 
@@ -34,7 +35,9 @@ class LearnProgress:
     peak_m: float = 0.0
     """Largest |x| of the cup in the evaluation."""
     caught: int = 0
-    """Rollouts of the evaluation after which the ball lay in the cup."""
+    """Rollouts of the evaluation after which the ball lay in the cup, which saw the true ball."""
+    caught_by_sight: int = 0
+    """Rollouts of the evaluation whose ball the cup catches by late, noisy measurements."""
     successes: list[Success] = field(default_factory=list)
 
     @classmethod
@@ -51,9 +54,10 @@ class LearnProgress:
         self.simulated_s += rollout.duration_s
         self.recent = [*self.recent, rollout.success][-RECENT:]
 
-    def evaluated_on(self, rollout: SimulatedRollout) -> None:
+    def evaluated_on(self, rollout: SimulatedRollout, *, caught_by_sight: bool) -> None:
         """Count a rollout of the evaluation."""
         self.evaluated += 1
+        self.caught_by_sight += caught_by_sight
         self.caught += rollout.caught
         self.peak_m = max(self.peak_m, rollout.peak_displacement_m)
         if rollout.success:
@@ -73,10 +77,16 @@ class LearnProgress:
         """Return the metrics of the evaluation, see Learn.run."""
         found = self.successes
         return {
-            "frozen_caught_rate": self.caught / self.evaluated,
+            **_rate("frozen_visual_caught_rate", self.caught_by_sight, self.evaluated),
+            **_rate("frozen_caught_rate", self.caught, self.evaluated),
             "frozen_success_rate": self.frozen_success_rate,
             "half_swings": statistics.median(one.half_swings for one in found) if found else None,
             "time_to_goal_s": statistics.median(one.duration_s for one in found) if found else None,
             "peak_displacement_m": self.peak_m,
             "simulated_s": self.simulated_s,
         }
+
+
+def _rate(name: str, successes: int, n: int) -> dict[str, Metric]:
+    between = success_interval(successes, n)
+    return {name: successes / n, f"{name}_low": between.low, f"{name}_high": between.high}

@@ -19,6 +19,7 @@ from kendama_cli.simulation.swingup.best_swing import BestSwing, best_swing
 from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.frozen_rollouts import FrozenRollouts, random_success_rate
+from kendama_cli.simulation.swingup.visual_flight import caught_by_sight
 from kendama_cli.stages.interface import Metric, StageContext, StageResult
 from kendama_cli.stages.learn.messages import QTableMessage, SwingStateMessage
 from kendama_cli.stages.learn.progress import LearnProgress
@@ -53,11 +54,12 @@ class Learn:
 
         ``rollouts_to_learned`` and ``rollouts_to_solved`` follow that rule, ``learned`` and ``solved`` say whether
         either was reached before the cap, and ``rollouts`` counts all that the policy has had. Over the evaluation's
-        noisy rollouts ``frozen_caught_rate`` is the share after which the ball lay in the cup, ``frozen_success_rate``
-        the fraction of what the task calls a success; ``half_swings`` and ``time_to_goal_s`` are medians over the
-        successes, and ``peak_displacement_m`` is the maximum of all. ``random_success_rate`` is the fraction of random
-        harmonics that succeed. ``best_found_s`` and ``min_half_swings_found`` are what a search without noise found;
-        ConfigError is raised where it found nothing. If unsolved nothing is raised.
+        noisy rollouts ``frozen_visual_caught_rate`` is the fraction whose ball the cup catches by measurements that are
+        late and noisy, ``frozen_caught_rate`` that which it catches where it knows the true ball,
+        ``frozen_success_rate`` the fraction of what the task calls a success; ``half_swings`` and ``time_to_goal_s``
+        are medians over the successes, and ``peak_displacement_m`` is the maximum of all. ``random_success_rate`` is
+        the fraction of random harmonics that succeed. ``best_found_s`` and ``min_half_swings_found`` are what a search
+        without noise found; ConfigError is raised where it found nothing. If unsolved nothing is raised.
         """
         best, chance = best_swing(self._settings, self._game), random_success_rate(self._settings, self._game)
         environment, validation = self._environments()
@@ -135,7 +137,11 @@ class Learn:
     def _evaluate(self, frozen: FrozenRollouts, learner: Learner, progress: LearnProgress, ctx: StageContext) -> None:
         policy, noise_rng, desired = learner.policy, ctx.rng("evaluation"), self._settings.count.evaluation_rollouts
         while progress.evaluated < desired:
-            progress.evaluated_on(frozen.evaluate(policy, noise_rng, at_most=desired - progress.evaluated))
+            rollout = frozen.evaluate(policy, noise_rng, at_most=desired - progress.evaluated)
+            seen = rollout.catch is not None and caught_by_sight(
+                rollout.final, self._settings, self._game, ctx.rng("sight")
+            )
+            progress.evaluated_on(rollout, caught_by_sight=seen)
             self._checkpoint(learner, progress, ctx)
             ctx.progress(
                 progress.evaluated,

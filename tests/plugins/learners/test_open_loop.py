@@ -26,7 +26,7 @@ def ended(learner: OpenLoopLearner, results: str, rng: np.random.Generator) -> l
 
 
 def test_it_learns_a_swing_that_succeeds_eighty_times_in_a_row():
-    settings = learn_settings("paper", "learn/learner=cma")
+    settings = learn_settings("paper_caught", "learn/learner=cma")
     environment = SwingUpEnvironment(settings, game_settings())
     learner, rng = begin_learner(settings), np.random.default_rng(10500)
     while not learner.count.finished(settings.count):

@@ -22,7 +22,7 @@ def shared(tiles: Tiles, one: SwingState, other: SwingState) -> int:
 
 
 def test_every_state_lies_in_one_tile_of_every_tiling():
-    tiles, rng = tiled("paper"), np.random.default_rng(0)
+    tiles, rng = tiled("paper_caught"), np.random.default_rng(0)
     one = tiles.n // 8
     for _ in range(200):
         active = tiles.active(SwingState(*(rng.standard_normal(4) * [1.0, 3.0, 4.0, 30.0])))
@@ -43,7 +43,7 @@ def test_states_share_fewer_tiles_the_farther_they_are_apart_and_the_angle_goes_
 def test_left_and_right_share_their_tiles_as_the_grid_has_it():
     here = SwingState(0.1, 0.3, 1.0, -2.0)
     turned = SwingState(*(-value for value in here))
-    assert shared(tiled("paper"), here, turned) == 8  # mirrored
+    assert shared(tiled("paper_caught"), here, turned) == 8  # mirrored
     assert shared(tiled("hard"), here, turned) == 0
     assert shared(tiled("hard"), here, here._replace(x_m=-0.1)) == 8  # distance
 

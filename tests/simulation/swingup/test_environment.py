@@ -160,7 +160,7 @@ def test_with_the_limiter_the_cup_stays_inside_whatever_is_commanded_and_however
 
 @pytest.mark.parametrize("scale", [0.85, 1.1])
 def test_a_scaled_workspace_has_its_edges_elsewhere(scale):
-    for name, outcome in (("easy", "timeout"), ("paper", "outside")):
+    for name, outcome in (("easy", "timeout"), ("paper_caught", "outside")):
         environment = SwingUpEnvironment(learn_settings(name), GAME)
         noise = dataclasses.replace(environment.noiseless(), workspace_scale=scale)
         rollout = environment.roll_out(Scripted([8.0]), noise)
@@ -170,7 +170,7 @@ def test_a_scaled_workspace_has_its_edges_elsewhere(scale):
 
 
 def test_where_leaving_terminates_the_rollout_ends_there():
-    environment = SwingUpEnvironment(learn_settings("paper"), GAME)
+    environment = SwingUpEnvironment(learn_settings("paper_caught"), GAME)
     rollout = environment.roll_out(Scripted([8.0]), environment.noiseless())
     assert rollout.outcome == "outside"
     assert 0.3 < rollout.peak_displacement_m < 0.3 + 2.0 * STEP_S + 1e-9
@@ -277,7 +277,7 @@ def test_the_cup_meets_the_ball_where_the_goal_says_it_is_catchable():
 def test_exploring_by_a_harmonic_path_stays_inside_where_a_harmonic_acceleration_drifts_out():
     outside = {}
     for drives, amplitude in (("position", [0.4, 0.7]), ("acceleration", [0.6, 1.0])):
-        chosen = learn_settings("paper", harmonic__drives=drives, harmonic__amplitude=amplitude)
+        chosen = learn_settings("paper_caught", harmonic__drives=drives, harmonic__amplitude=amplitude)
         environment, rng = SwingUpEnvironment(chosen, GAME), np.random.default_rng(0)
         outcomes = []
         for _ in range(40):

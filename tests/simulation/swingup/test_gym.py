@@ -23,7 +23,7 @@ QUIET = [RAIL, *(f"learn.noise.{key}=0.0" for key in ("start_angle_deg", "start_
 QUIET += ["learn.noise.rate_reading_rad_s=0.0", "learn.noise.acceleration=0.0"]
 
 
-@pytest.mark.parametrize("overrides", [[], ["learn/task=paper"], ["simulation/engine=dart"]])
+@pytest.mark.parametrize("overrides", [[], ["learn/task=paper_caught"], ["simulation/engine=dart"]])
 def test_gymnasiums_own_checks_pass(overrides):
     from gymnasium.utils.env_checker import check_env  # noqa: PLC0415
 
@@ -89,7 +89,7 @@ def test_doing_nothing_is_truncated_when_time_is_up():
 
 
 def test_leaving_the_workspace_terminates_where_the_configuration_says_so():
-    env = gymnasium.make(NAME, overrides=["learn/task=paper"])
+    env = gymnasium.make(NAME, overrides=["learn/task=paper_caught"])
     env.reset(seed=0)
     terminated, info = False, {}
     while not terminated:
@@ -97,7 +97,7 @@ def test_leaving_the_workspace_terminates_where_the_configuration_says_so():
         assert env.observation_space.contains(observation)
         assert not truncated
     assert info["outcome"] == "outside"
-    assert reward < learn_settings("paper").reward.outside + 1e-9
+    assert reward < learn_settings("paper_caught").reward.outside + 1e-9
 
 
 def test_stepping_after_the_end_is_refused():
@@ -129,7 +129,7 @@ def test_a_cross_entropy_agent_from_outside_learns_the_swing_up():
     assert math.isfinite(played(env, policy, 0)[0])
 
 
-@pytest.mark.parametrize("task", ["hard", "hard_random", "paper", "easy"])
+@pytest.mark.parametrize("task", ["hard", "hard_random", "paper_caught", "easy"])
 def test_a_ball_to_catch_has_just_been_let_go_on_either_side_and_can_be_reached(task):
     env = gymnasium.make(CATCH, overrides=[f"learn/task={task}"]).unwrapped
     begun = np.array([env.reset(seed=seed)[0] for seed in range(10000, 10040)])

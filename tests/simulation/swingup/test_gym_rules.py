@@ -90,7 +90,7 @@ def test_a_term_added_to_the_law_of_rewards_reaches_the_vector(monkeypatch: pyte
     actions = np.random.default_rng(10083).integers(0, 5, 30)
 
     def rewarded() -> tuple[np.ndarray, np.ndarray]:
-        many, one = SwingUpVector(1, ["learn/task=paper"]), SwingUp(["learn/task=paper"])
+        many, one = SwingUpVector(1, ["learn/task=paper_caught"]), SwingUp(["learn/task=paper_caught"])
         many.reset(seed=10084)
         one.reset(seed=10084)
         together, alone = [], []
@@ -116,7 +116,11 @@ def test_a_term_added_to_the_law_of_rewards_reaches_the_vector(monkeypatch: pyte
 @pytest.mark.parametrize("gamma", [0.9, 0.99, 1.0])
 @pytest.mark.parametrize("end", ["release", "outside", "time"])
 def test_shaping_adds_to_a_rollouts_discounted_return_what_no_action_changes(gamma: float, end: str) -> None:
-    overrides = {"release": ["learn/task=easy"], "outside": ["learn/task=paper"], "time": ["learn.rollout_s=1.0"]}[end]
+    overrides = {
+        "release": ["learn/task=easy"],
+        "outside": ["learn/task=paper_caught"],
+        "time": ["learn.rollout_s=1.0"],
+    }[end]
     game, weight = game_settings(), 50.0
 
     def potential(observation: np.ndarray) -> float:

@@ -21,7 +21,7 @@ def accelerations(n: int, steps: int, seed: int) -> np.ndarray:
     return (sizes * np.cos(rates * 0.1 * np.arange(steps)[:, None]))[:, :, None].astype(np.float32)
 
 
-@pytest.mark.parametrize("task", ["hard", "paper", "easy"])
+@pytest.mark.parametrize("task", ["hard", "paper_caught", "easy"])
 def test_without_noise_each_is_the_single_environment_with_its_actions(task: str) -> None:
     overrides, n = [f"learn/task={task}"], 24
     many = SwingUpVector(n, overrides, 0.1, actions="continuous", shaping=10.0, gamma=0.9)
@@ -53,7 +53,7 @@ def test_without_noise_each_is_the_single_environment_with_its_actions(task: str
 
 def test_after_an_end_the_next_step_hangs_the_ball_anew_and_no_other_is_disturbed() -> None:
     many = gymnasium.make_vec(
-        SWING_UP, num_envs=3, vectorization_mode="vector_entry_point", overrides=["learn/task=paper"]
+        SWING_UP, num_envs=3, vectorization_mode="vector_entry_point", overrides=["learn/task=paper_caught"]
     )
     many.reset(seed=0, options=STILL)
     ended = np.zeros(3, bool)
@@ -70,7 +70,7 @@ def test_after_an_end_the_next_step_hangs_the_ball_anew_and_no_other_is_disturbe
     assert observations[1][4] < observations[0][4], "its time goes on"
 
 
-@pytest.mark.parametrize("task", ["hard_random", "paper"])
+@pytest.mark.parametrize("task", ["hard_random", "paper_caught"])
 def test_each_is_over_several_rollouts_the_single_environment_of_its_seed_alone(task: str) -> None:
     overrides, seeds, steps = [f"learn/task={task}"], [10061, 10060, 10063], 120
     actions = np.random.default_rng(10062).integers(0, 5, (steps, 3))
@@ -130,7 +130,10 @@ def test_a_longer_rope_a_denser_air_and_a_delay_act_as_in_the_single_environment
         (lambda: SwingUpVector(2, shaping=float("nan")), "'shaping' is nan; allowed: a finite number"),
         (lambda: SwingUpVector(2, shaping=10.0), "'gamma' is None; allowed: 0 to 1, your agent's discount"),
         (lambda: SwingUpVector(2, shaping=10.0, gamma=1.1), "'gamma' is 1.1; allowed: 0 to 1"),
-        (lambda: SwingUpVector(2, "learn/task=paper"), "'overrides' is 'learn/task=paper'; allowed: a list"),
+        (
+            lambda: SwingUpVector(2, "learn/task=paper_caught"),
+            "'overrides' is 'learn/task=paper_caught'; allowed: a list",
+        ),
         (
             lambda: SwingUpVector(2, hold_s=0.02).reset(options={"body": {"delay_s": 0.05}}),
             "a delay of 0.05 s is longer than an action is held, 0.02 s",

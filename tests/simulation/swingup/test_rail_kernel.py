@@ -111,7 +111,7 @@ def learned(engine: str, name: str, seed: int, **replaced: object) -> tuple[np.n
         ("easy", {}),
         ("hard", {}),
         ("hard_random", {}),
-        ("paper", {}),
+        ("paper_caught", {}),
         ("easy", {"grid__position": "side", "grid__position_edges_m": [0.0], "decision__min_s": 0.05}),
         ("easy", {"update": "q"}),
     ],
