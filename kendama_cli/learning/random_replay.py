@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.random import Generator
@@ -71,13 +71,16 @@ class RandomReplayLearner(RolloutLearner):
         self._explored = False
 
     @classmethod
-    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> RandomReplayLearner:
+    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> Self:
         """Return the learner that ``state()`` described, between the same two rollouts."""
         learner = cls(settings)
-        learner.count = LearningCount(**state["count"])
-        learner._replayed = DrawnHarmonic(*state["replayed"])
-        learner._best, learner._best_streak = DrawnHarmonic(*state["best"]), int(state["best_streak"])
+        learner._restore(state)
         return learner
+
+    def _restore(self, state: Mapping[str, Any]) -> None:
+        self.count = LearningCount(**state["count"])
+        self._replayed = DrawnHarmonic(*state["replayed"])
+        self._best, self._best_streak = DrawnHarmonic(*state["best"]), int(state["best_streak"])
 
     def state(self) -> dict[str, Any]:
         """Return the learner between two rollouts, as JSON values."""

@@ -31,7 +31,8 @@ from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
-from kendama_cli.plugins.learners.settings import OpenLoopSettings
+from kendama_cli.learning.task_settings import RewardSettings
+from kendama_cli.plugins.learners.settings import BayesSettings, OpenLoopSettings
 from kendama_cli.schema.arrays import Array
 
 PARAMETERS = 3
@@ -97,7 +98,7 @@ class OpenLoopLearner(RolloutLearner):
         assert isinstance(settings.learner, OpenLoopSettings)
         self._settings, self._own = settings, settings.learner
         self.count = LearningCount(succeeded_ever=policy is not None)
-        self._centre, self._spread = _ranges(settings)
+        self._centre, self._spread = ranges(settings)
         if policy is not None:
             self._centre = swing_of(policy)
         self._costs: list[list[float]] = [[]]
@@ -171,9 +172,8 @@ class OpenLoopLearner(RolloutLearner):
 
     def _cost(self, reward: float, outcome: Outcome) -> float:
         """Return the reward lost, less up to half of a near miss's for a ball that swung high."""
-        wanted = self._settings.reward
-        swung = min(1.0, (1.0 - math.cos(self._actor.highest_rad)) / 2.0)
-        return wanted.goal - reward - (0.5 * wanted.missed * swung if outcome in ("timeout", "outside") else 0.0)
+        settings = self._settings.reward
+        return settings.goal - worth(settings, reward, outcome, self._actor.highest_rad)
 
     def _end_generation(self) -> None:
         self._costs.append([])
@@ -205,13 +205,19 @@ class OpenLoopLearner(RolloutLearner):
         return swing
 
 
-def _ranges(settings: LearnSettings) -> tuple[Array, Array]:
+def worth(settings: RewardSettings, reward: float, outcome: Outcome, highest_rad: float) -> float:
+    """Return a rollout's reward, and up to half of a near miss's where the ball was not released but swung high."""
+    swung = min(1.0, (1.0 - math.cos(highest_rad)) / 2.0)
+    return reward + (0.5 * settings.missed * swung if outcome in ("timeout", "outside") else 0.0)
+
+
+def ranges(settings: LearnSettings) -> tuple[Array, Array]:
     """Return the centre and the first standard deviation of the search."""
     own = settings.learner
-    assert isinstance(own, OpenLoopSettings)
-    ranges = np.array([own.frequency_rad_s, own.chirp_rad_s2, own.amplitude])
-    ranges[2] *= settings.workspace.half_width_m
-    return ranges.mean(axis=1), 0.5 * (ranges[:, 1] - ranges[:, 0])
+    assert isinstance(own, OpenLoopSettings | BayesSettings)
+    low_high = np.array([own.frequency_rad_s, own.chirp_rad_s2, own.amplitude])
+    low_high[2] *= settings.workspace.half_width_m
+    return low_high.mean(axis=1), 0.5 * (low_high[:, 1] - low_high[:, 0])
 
 
 def sealed_swing(swing: Array, settings: LearnSettings) -> PolicyArtifact:

@@ -71,6 +71,57 @@ class OpenLoopSettings:
 
 
 @dataclass(frozen=True)
+class BayesSettings:
+    """A swing of a few parameters in open loop, found by Bayesian optimisation."""
+
+    kind: Literal["bayes"]
+    optimism: float = setting(
+        "An exploring rollout plays the swing of the highest mean plus this many standard deviations.", at_least=0
+    )
+    length: float = setting(
+        "Length over which the reward changes, in standard deviations of the initial ranges.", above=0
+    )
+    noise: float = setting("Standard deviation of a rollout's reward, over the reward of the goal.", above=0)
+    reach: float = setting(
+        "Swings are sought this far from the centre, in standard deviations of the initial ranges.", above=0
+    )
+    candidates: int = setting("The bound is maximised over twice this many candidates.", above=0)
+    frequency_rad_s: tuple[float, float] = setting(
+        "Initial range of a swing's first angular frequency: mean -+ one standard deviation [rad/s]."
+    )
+    chirp_rad_s2: tuple[float, float] = setting(
+        "Initial range of the rate at which its frequency changes: mean -+ one standard deviation [rad/s^2]."
+    )
+    amplitude: tuple[float, float] = setting(
+        "Initial range of its amplitude, in half widths of the workspace: mean -+ one standard deviation."
+    )
+
+    def __post_init__(self) -> None:
+        _check_ranges(self)
+
+
+@dataclass(frozen=True)
+class EliteSettings:
+    """Baseline: SARSA's explorer, and the best harmonic so far replayed."""
+
+    kind: Literal["elite"]
+
+
+@dataclass(frozen=True)
+class MonteCarloSettings:
+    """Every-visit Monte Carlo control on a table; ``learn.alpha`` and ``learn.gamma`` are its constants."""
+
+    kind: Literal["monte_carlo"]
+
+
+@dataclass(frozen=True)
+class CloneSettings:
+    """Counts of the actions of successful rollouts, the most frequent of which is taken."""
+
+    kind: Literal["clone"]
+
+
+@dataclass(frozen=True)
 class ModelBasedSettings:
     """A model of the swing is fitted to the rollouts so far, and searched for a swing in open loop."""
 
@@ -99,7 +150,7 @@ class ModelBasedSettings:
         _check_ranges(self)
 
 
-def _check_ranges(settings: OpenLoopSettings | ModelBasedSettings) -> None:
+def _check_ranges(settings: OpenLoopSettings | BayesSettings | ModelBasedSettings) -> None:
     for key in ("frequency_rad_s", "chirp_rad_s2", "amplitude"):
         low, high = getattr(settings, key)
         if not low < high:

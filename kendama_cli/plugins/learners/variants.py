@@ -22,3 +22,23 @@ MODEL_BASED = Variant(
     settings="kendama_cli.plugins.learners.settings:ModelBasedSettings",
     makes="kendama_cli.plugins.learners.model_based:MODEL_BASED",
 )
+BAYES = Variant(
+    "bayes",
+    settings="kendama_cli.plugins.learners.settings:BayesSettings",
+    makes="kendama_cli.plugins.learners.bayes:BAYES",
+)
+ELITE = Variant(
+    "elite",
+    settings="kendama_cli.plugins.learners.settings:EliteSettings",
+    makes="kendama_cli.plugins.learners.elite:ELITE",
+)
+MONTE_CARLO = Variant(
+    "monte_carlo",
+    settings="kendama_cli.plugins.learners.settings:MonteCarloSettings",
+    makes="kendama_cli.plugins.learners.whole_rollouts:MONTE_CARLO",
+)
+CLONE = Variant(
+    "clone",
+    settings="kendama_cli.plugins.learners.settings:CloneSettings",
+    makes="kendama_cli.plugins.learners.whole_rollouts:CLONE",
+)
