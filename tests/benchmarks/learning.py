@@ -58,10 +58,10 @@ def rows() -> Iterator[Row]:
     """Yield the rows that the file names, in its order."""
     document = yaml.safe_load(ROWS.read_text())
     for table, entry in document["tables"].items():
-        for name, overrides in entry["rows"].items():
+        for name, (count, *overrides) in entry["rows"].items():
             flat = [text for one in overrides for text in (one if isinstance(one, list) else [one])]
-            seeds = range(*entry["seeds"])
-            yield Row(table, name, (*document["always"], *flat), seeds)
+            seeds = range(entry["from"], entry["from"] + count)
+            yield Row(table, name, (*document["always"], *entry["all"], *flat), seeds)
 
 
 class _Context:
@@ -99,7 +99,7 @@ def read() -> list[dict[str, Any]]:
         return []
     with SEEDS.open(newline="") as file:
         return [
-            {key: value if key in ("table", "row") else float(value) for key, value in line.items()}
+            {key: value if key in ("table", "row") else float(value or "nan") for key, value in line.items()}
             for line in csv.DictReader(file)
         ]
 
@@ -180,11 +180,12 @@ def main(words: Sequence[str]) -> None:
         seeds = [seed for seed in row.seeds if anew or seed not in known]
         if not seeds:
             continue
-        new = list(measured(row, seeds, site))
         mine = {(row.table, row.name, float(seed)) for seed in seeds}
-        lines = [line for line in lines if (line["table"], line["row"], float(line["seed"])) not in mine] + new
-        write(lines)
-        print(row.table, row.name, len(new), flush=True)
+        lines = [line for line in lines if (line["table"], line["row"], float(line["seed"])) not in mine]
+        for line in measured(row, seeds, site):
+            lines.append(line)
+            write(lines)  # a seed that was measured is never lost
+        print(row.table, row.name, len(seeds), flush=True)
     write(lines)
 
 

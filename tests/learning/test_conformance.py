@@ -18,6 +18,10 @@ from kendama_cli.learning.state import SwingState
 from tests.learning.settings_files import learn_settings
 
 OURS = (
+    "bayes",
+    "clone",
+    "elite",
+    "monte_carlo",
     "agent",
     "sarsa",
     "random_replay",
@@ -38,8 +42,8 @@ def test_every_learner_keeps_every_law(kind, task, check):
 
 
 @pytest.mark.parametrize("check", conformance.CHECKS)
-@pytest.mark.parametrize("kind", ["dyna", "tile_coding"])
-def test_every_learner_of_values_keeps_every_law(kind, check):
+@pytest.mark.parametrize("kind", ["dyna", "tile_coding", "monte_carlo", "clone", "elite", "bayes"])
+def test_every_learner_of_the_part_keeps_every_law(kind, check):
     check(learn_settings("paper_caught", f"learn/learner={kind}"))
 
 
