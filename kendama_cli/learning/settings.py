@@ -176,19 +176,14 @@ class GridSettings:
 
 @dataclass(frozen=True)
 class DecisionSettings:
-    """Limits of the time of a decision: a new action is chosen as soon as the binned state has changed, within
-    these.
-    """
+    """Limits of the time of a decision: a new action is chosen once the binned state has changed, within these."""
 
     min_s: float = setting("An action is held for at least this long [s].", above=0)
     max_s: float = setting("A new action is chosen after this long even in the same binned state [s].", above=0)
 
     def __post_init__(self) -> None:
         if self.max_s < self.min_s:
-            raise ConfigError(
-                "max_s",
-                f"'max_s' is {self.max_s}; allowed: at least min_s, which is {self.min_s}",
-            )
+            raise ConfigError("max_s", f"'max_s' is {self.max_s}; allowed: at least min_s, which is {self.min_s}")
 
 
 @dataclass(frozen=True)
