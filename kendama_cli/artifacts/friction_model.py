@@ -7,6 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from kendama_cli.artifacts.servo_model import ServoModel
 from kendama_cli.schema.arrays import Array, array
 
 Numbers = TypeVar("Numbers", float, Array)
@@ -66,11 +67,11 @@ class NetworkFriction:
 
 @dataclass(frozen=True)
 class FrictionModel:
-    """The friction torque of n joints over their velocity, beyond what the controller's settings hold.
+    """The friction torque of n joints over their velocity, beyond what the controller's settings hold, and their servo.
 
     ``chosen`` is "parametric" or "network": the one with the smaller error on a motion that neither was fitted to,
     whose errors ``parametric_rms_nm`` and ``network_rms_nm`` (n,) are. ``max_speed_rad_s`` (n,) is the highest speed
-    seen: beyond it the network is not used.
+    seen: beyond it the network is not used. ``servo`` is None where the motion did not show it.
     """
 
     joint_names: tuple[str, ...]
@@ -80,6 +81,7 @@ class FrictionModel:
     max_speed_rad_s: Array
     parametric_rms_nm: Array
     network_rms_nm: Array
+    servo: ServoModel | None = None
 
     def __post_init__(self) -> None:
         n = len(self.joint_names)

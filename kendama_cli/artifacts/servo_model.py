@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from kendama_cli.schema.arrays import Array, array
 
 
@@ -28,6 +30,11 @@ class ServoModel:
     def __post_init__(self) -> None:
         for name in ("lag_s", "lag_sigma_s", "sag_rad_nm", "offset_rad"):
             object.__setattr__(self, name, array(name, getattr(self, name), (len(self.joint_names),)))
+
+    @property
+    def delay_s(self) -> float:
+        """Dead time and median lag together."""
+        return self.dead_time_s + float(np.median(self.lag_s))
 
     @property
     def follows(self) -> bool:

@@ -22,9 +22,13 @@ from kendama_cli.schema.arrays import Array
 
 @dataclass(frozen=True)
 class JointRecording:
-    """k control periods of n joints: time (k,), angles, speeds and efforts (k, n), wrist wrenches (k, 6)."""
+    """k control periods of n joints: time (k,), angles, speeds and efforts (k, n), wrist wrenches (k, 6).
+
+    ``sent_rad`` (k, n) are the angles as commanded after all limits.
+    """
 
     t_s: Array
+    sent_rad: Array
     position_rad: Array
     velocity_rad_s: Array
     effort_nm: Array
@@ -53,6 +57,7 @@ def recorded(exchanges: Sequence[Exchange]) -> JointRecording:
     states = [exchange.state for exchange in exchanges]
     return JointRecording(
         np.array([exchange.t_s for exchange in exchanges]),
+        np.array([exchange.sent.position_rad for exchange in exchanges]),
         np.array([state.position_rad for state in states]),
         np.array([state.velocity_rad_s for state in states]),
         np.array([state.effort_nm for state in states]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -25,6 +26,8 @@ STILL_RAD_S = 0.01
 FOLLOWS_RAD = 3e-3
 """Sag and offset below this are left alone: friction in the joints of a wrist looks like them."""
 SIGMAS = 1.96
+SAME_DELAY_S = 4e-3
+"""A change of the delay below this costs no catch: 3 % of the largest lag at which the swing was tried."""
 
 
 def servo_of(arm: RobotModel, exchanges: Sequence[Exchange], period_s: float) -> ServoModel | None:
@@ -32,6 +35,15 @@ def servo_of(arm: RobotModel, exchanges: Sequence[Exchange], period_s: float) ->
     sent = np.array([one.sent.position_rad for one in exchanges])
     measured = np.array([one.state.position_rad for one in exchanges])
     return fit_servo(arm, sent, measured, period_s)
+
+
+def servo_changed(before: ServoModel, now: ServoModel) -> bool:
+    """Return True if the delays d + T (median of the joints) differ by more than SAME_DELAY_S and their 95 % interval.
+
+    Dead time and lag are compared as a sum: a fit can take a part of one for the other.
+    """
+    sigma_s = math.hypot(*(float(np.median(one.lag_sigma_s)) for one in (before, now)))
+    return abs(now.delay_s - before.delay_s) > max(SAME_DELAY_S, SIGMAS * sigma_s)
 
 
 def fit_servo(arm: RobotModel, sent_rad: Array, measured_rad: Array, period_s: float) -> ServoModel | None:

@@ -109,7 +109,9 @@ def test_a_delay_is_told_apart_from_a_miss(arm: RobotModel) -> None:
     joints = circle(arm, SHIPPED, PERIOD_S).joints
     late = np.vstack([np.tile(joints.position_rad[0], (5, 1)), joints.position_rad[:-5]])
     rest = np.zeros_like(late)
-    path = TrackedPath(arm, joints, JointRecording(joints.t_s, late, rest, rest, np.zeros((len(late), 6))))
+    path = TrackedPath(
+        arm, joints, JointRecording(joints.t_s, joints.position_rad, late, rest, rest, np.zeros((len(late), 6)))
+    )
     assert path.delay_s() == pytest.approx(5 * PERIOD_S, abs=1e-5)
     assert path.rms_m(path.delay_s()) < 1e-5
     assert path.rms_m(0.0) == pytest.approx(0.02, rel=0.02)  # 20 ms at 1 m/s

@@ -62,6 +62,14 @@ def test_half_a_newton_metre_that_nobody_modelled_is_found_and_the_cup_follows_w
     assert {f"{name}_rms_nm" for name in model.joint_names} <= set(made.metrics)
 
 
+def test_the_servos_lag_is_found_and_an_arm_that_follows_has_none(made: StageResult) -> None:
+    assert made.metrics["servo_lag_s"] == 0.0
+    late = dataclasses.replace(WORN, imperfection=dataclasses.replace(WORN.imperfection, lag_s=0.06, latency_s=0.008))
+    found = run(hardware=late)
+    assert found.artifact.servo.delay_s == pytest.approx(0.068, abs=0.004)
+    assert found.metrics["servo_lag_s"] == float(np.median(found.artifact.servo.lag_s))
+
+
 def test_the_log_tells_of_the_motion_the_friction_and_the_circle(context: MemoryContext, made: StageResult) -> None:
     topics = {topic for topic, _, _ in context.log.messages}
     assert topics == {f"/identify/{name}" for name in ("joints", "wrench", "friction")} | {

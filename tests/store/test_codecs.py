@@ -17,6 +17,7 @@ from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, Moti
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.prediction import PredictionStudy
 from kendama_cli.artifacts.rehearsal import Rehearsal
+from kendama_cli.artifacts.servo_model import ServoModel
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.errors import StageError, StoreError
 from kendama_cli.schema.declaration import find_stage, stage_names
@@ -54,6 +55,7 @@ EXAMPLES: list[Any] = [
         max_speed_rad_s=np.ones(2),
         parametric_rms_nm=np.full(2, 0.2),
         network_rms_nm=np.full(2, 0.1),
+        servo=ServoModel(("a", "b"), 0.01, *RNG.uniform(0.0, 0.1, (4, 2))),
     ),
     POLICY,
     PredictionStudy(np.array([0.5]), *(RNG.normal(size=(3, 1)) for _ in range(3))),

@@ -19,16 +19,17 @@ class LeadingRobot(WrappedRobot):
 
     and its velocity u' = p' + T p'' and acceleration u'' = p'' + T q''' likewise, with q''' from the last two
     commanded accelerations. Where the robot's limits forbid u, what is sent follows it as they allow (Drive): a step
-    of the acceleration is a peak in u, and what was cut of it is caught up with. ``servo`` may be given later: at rest,
-    before a ``reset``. ``arm`` computes the torques tau.
+    of the acceleration is a peak in u, and what was cut of it is caught up with. ``servo`` may be given later, by
+    ``lead``: at rest, before a ``reset``. ``arm`` computes the torques tau.
     """
 
-    def __init__(self, robot: Robot, arm: RobotModel) -> None:
+    def __init__(self, robot: Robot, arm: RobotModel, servo: ServoModel | None = None) -> None:
         super().__init__(robot)
         self._arm = arm
         self._servo: ServoModel | None = None
         self._last: Array = np.zeros(len(robot.joint_names))
         self._drive = Drive(robot.limits, robot.period_s)
+        self.lead(servo)
 
     @property
     def servo(self) -> ServoModel | None:

@@ -9,7 +9,7 @@ from kendama_cli.stages.identify.messages import TOPICS
 STAGE = StageDeclaration(
     name="identify",
     title="Friction identification",
-    lead="Identifies the friction of each joint from an excitation; later stages compensate it.",
+    lead="Identifies friction and servo lag of each joint from an excitation; later stages compensate both.",
     run="kendama_cli.stages.identify.stage:Identify",
     returns="kendama_cli.artifacts.friction_model:FrictionModel",
     settings={"identify": IdentifySettings},
@@ -31,6 +31,8 @@ STAGE = StageDeclaration(
         ),
         "tracking_speed_m_s": "Speed of the cup on the circle.",
         "drive_delay_ms": "Delay with which the drives follow, which is removed before the distances are computed.",
+        "servo_lag_s": "Median lag of the joints behind their commands; zero where they follow well.",
+        "servo_dead_time_s": "Time after which the joints begin to follow a command.",
         "*_rms_nm": "Root mean square error of the chosen model at one joint, whose name stands for the star.",
     },
     topic_words={

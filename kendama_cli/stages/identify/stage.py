@@ -1,7 +1,8 @@
-"""Identify: the friction in the joints that the arm's controller does not know."""
+"""Identify: the friction in the joints that the arm's controller does not know, and how its servo follows."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
@@ -18,6 +19,7 @@ from kendama_cli.identification.excitation import excitation
 from kendama_cli.identification.friction_choice import FrictionSamples, choose_friction
 from kendama_cli.identification.friction_samples import Samples
 from kendama_cli.identification.recording import JointRecording, TrackedPath, circle, play, recorded
+from kendama_cli.identification.servo import fit_servo
 from kendama_cli.identification.settings import IdentifySettings
 from kendama_cli.log.messages import WrenchMessage
 from kendama_cli.robot_model.friction import network_torque, parametric_torque
@@ -35,7 +37,7 @@ LOG_PERIOD_S = 0.02
 
 
 class Identify:
-    """Takes nothing but the hardware; gives the FrictionModel of its joints."""
+    """Takes nothing but the hardware; gives the FrictionModel of its joints, with their servo."""
 
     def __init__(
         self, *, identify: IdentifySettings, hardware: HardwareSettings, robot: RobotSettings, game: GameSettings
@@ -64,11 +66,12 @@ class Identify:
                 for name, seconds in (("train", settings.duration_s), ("held_out", settings.held_out_s))
             }
             samples = Samples(self._robot, self._game)
-            training, held_out = (
-                samples.of(played.play(name, robot, motion), settings.smoothing_s) for name, motion in exciting.items()
-            )
+            recordings = [played.play(name, robot, motion) for name, motion in exciting.items()]
+            training, held_out = (samples.of(one, settings.smoothing_s) for one in recordings)
             hidden, rng = settings.hidden_units, played.rng("network")
             model = choose_friction(arm.joint_names, training, held_out, hidden=hidden, rng=rng)
+            servo = fit_servo(arm, recordings[0].sent_rad, recordings[0].position_rad, robot.period_s)
+            model = dataclasses.replace(model, servo=servo)
             tracked = {
                 name: TrackedPath(arm, circling.joints, played.play(name, one, circling.joints))
                 for name, one in (("before", robot), ("after", CompensatedRobot(robot, model)))
@@ -157,6 +160,7 @@ def _log_paths(ctx: StageContext, tracked: Mapping[str, TrackedPath]) -> None:
 def _metrics(model: FrictionModel, tracked: Mapping[str, TrackedPath], speed_m_s: float) -> dict[str, Metric]:
     delay_s = tracked["after"].delay_s()
     chosen = model.network_rms_nm if model.chosen == "network" else model.parametric_rms_nm
+    servo = model.servo
     return {
         "model": model.chosen,
         "parametric_rms_nm": float(np.sqrt(np.mean(model.parametric_rms_nm**2))),
@@ -164,5 +168,7 @@ def _metrics(model: FrictionModel, tracked: Mapping[str, TrackedPath], speed_m_s
         **{f"tracking_rms_mm_{name}": 1e3 * path.rms_m(delay_s) for name, path in tracked.items()},
         "tracking_speed_m_s": speed_m_s,
         "drive_delay_ms": 1e3 * delay_s,
+        "servo_lag_s": None if servo is None else float(np.median(servo.lag_s)),
+        "servo_dead_time_s": None if servo is None else servo.dead_time_s,
         **{f"{name}_rms_nm": float(value) for name, value in zip(model.joint_names, chosen, strict=True)},
     }

@@ -18,7 +18,7 @@ from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.devices.robot.leading import LeadingRobot
 from kendama_cli.errors import StageError
-from kendama_cli.identification.servo import servo_of
+from kendama_cli.identification.servo import servo_changed, servo_of
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.stages.transfer import trace
@@ -46,7 +46,7 @@ def imitation_over(progress: Progress, settings: TransferSettings) -> bool:
 class ImitationSession:
     """Plays of one motion in ``session``; its first play tells the servo by which ``leading`` then leads all commands.
 
-    The session resumes where ``progress`` stands.
+    A servo by which ``leading`` leads already is checked by that play. The session resumes where ``progress`` stands.
     """
 
     def __init__(
@@ -61,10 +61,10 @@ class ImitationSession:
         told: ToldOutcomes | None,
     ) -> None:
         """Take what tells the outcomes, None where they are measured."""
-        self._told = told
+        self._told, self._identified = told, leading.servo
         self._session, self._runner, self._progress = session, runner, progress
         self._settings, self._arm, self._leading = settings, arm, leading
-        leading.lead(progress.servo)
+        leading.lead(progress.servo or leading.servo)
 
     def imitate(self, motion: CatchMotion, around: Surroundings, aims: Callable[[], ImitationAims] | None) -> None:
         """Play the imitation motion, fitted to the rope, until it catches, aimed by what was missed before.
@@ -107,9 +107,7 @@ class ImitationSession:
         played = play_motion(runner.robot, chosen.joints, tau_scale=1.0, seed=seed, seen=seen)
         timed = trace.timed(played.exchanges, progress.clock_s)
         messages = [*self._session.scene(timed, under="/transfer/imitation"), *self._session.exchanges(timed)]
-        led = progress.servo is not None
-        if phase == "imitation":
-            self._identify(played)
+        led = self._identify(played)
         aim = chosen.aim
         figures = AttemptFigures(
             along_m=None if aim is None else aim.along_m,
@@ -117,7 +115,7 @@ class ImitationSession:
             caught=self._told is None and played.caught(arm, runner.game),
             miss_m=None if self._told is not None else played.miss_m(arm, runner.game, from_plan=visual),
             apex_m=None if math.isnan(played.apex_m) else played.apex_m - game.cup.rim_m,
-            led=led or progress.servo is None or progress.servo.follows,
+            led=led,
             path_m=chosen.path_m,
         )
         if self._told is None:
@@ -145,13 +143,21 @@ class ImitationSession:
         progress.attempts.append(figures)
         return [("/transfer/imitation/rollout", t_s, attempt_message(len(progress.attempts) - 1, figures))]
 
-    def _identify(self, played: Played) -> None:
-        """Find the servo where it is not known yet."""
-        progress = self._progress
+    def _identify(self, played: Played) -> bool:
+        """Find or check the servo in the first play; return True if ``played`` was led as later commands will be."""
+        progress, identified = self._progress, self._identified
         if progress.servo is not None:
-            return
-        progress.servo = servo_of(self._arm, played.exchanges, self._runner.robot.period_s)
+            return True
+        found = servo_of(self._arm, played.exchanges, self._runner.robot.period_s)
+        if found is None:
+            same = True
+        elif identified is None:
+            same = found.follows
+        else:
+            same = not servo_changed(identified, found)
+        progress.servo = (identified or found) if same else found
         self._leading.lead(progress.servo)
+        return same
 
 
 @dataclass(frozen=True)

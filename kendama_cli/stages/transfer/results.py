@@ -6,8 +6,10 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from kendama_cli.artifacts.friction_model import FrictionModel
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.transfer_result import TransferResult
+from kendama_cli.identification.servo import servo_changed
 from kendama_cli.stages.interface import Metric
 from kendama_cli.stages.transfer.progress import Progress
 
@@ -31,8 +33,14 @@ def transfer_result(
     return result, {**learning, **_imitation(progress, sag_m), **games, "missed_packets": progress.missed}
 
 
-def warnings(progress: Progress) -> Iterator[str]:
-    """Yield a sentence where learning on the robot made the table worse."""
+def warnings(progress: Progress, friction: FrictionModel | None) -> Iterator[str]:
+    """Yield a sentence where the servo is not as identified with ``friction``, and one where learning made it worse."""
+    identified, now = None if friction is None else friction.servo, progress.servo
+    if identified is not None and now is not None and servo_changed(identified, now):
+        yield (
+            f"the arm's servo changed: it follows {now.delay_s:.3f} s late, {identified.delay_s:.3f} s when it was "
+            "identified; commands lead by what was found now; identify it again with --force identify"
+        )
     if progress.after and progress.reverted():
         yield (
             f"learning on made the table worse: {sum(progress.after)} of {len(progress.after)} frozen rollouts succeed "

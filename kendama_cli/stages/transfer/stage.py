@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from kendama_cli.adaptation.settings import AdaptSettings
+from kendama_cli.artifacts.friction_model import FrictionModel
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.control.game_runner import GameBuilder, GameSetup
@@ -67,7 +68,8 @@ class Transfer:
     def run(self, given: Mapping[str, Any], ctx: StageContext) -> StageResult:
         """Imitate, evaluate, learn on, evaluate again, play; what was learned survives whatever goes wrong.
 
-        The first play of the imitation tells the arm's own servo, by which every later command leads.
+        The first play of the imitation tells the arm's own servo, by which every later command leads, or checks the one
+        of 'identify'.
 
         Raises StageError before anything moves where the policy does not fit or the motion is unsafe, HardwareError
         where the line or the robot fails: the finished rollouts are kept, and the next run resumes from them; the one
@@ -91,9 +93,11 @@ class Transfer:
         told = None
         if motion is not None and settings.outcome != MEASURED and not imitation_over(progress, settings):
             told = ToldOutcomes(settings.outcome, ctx)
+        friction: FrictionModel | None = given.get("identify")
         seed = int(progress.rng("body", 0).integers(2**63))
         with open_robot(self._hardware, setup.robot, setup.game) as bare:
-            leading = LeadingRobot(compensated(bare, given.get("identify")), builder.arm)
+            known = None if friction is None else friction.servo
+            leading = LeadingRobot(compensated(bare, friction), builder.arm, known)
             robot = RememberingRobot(leading)
             with builder.open(robot, seed=seed) as runner:
                 session = TransferSession(
@@ -117,7 +121,7 @@ class Transfer:
         if motion is not None and progress.servo is not None:
             sag_m = cup_sag_m(builder.arm, progress.servo, motion.joints.position_rad[0])
         result, metrics = transfer_result(progress, policy, baseline=settings.baseline, sag_m=sag_m)
-        return StageResult(result, metrics, warnings=(*held, *warnings(progress)))
+        return StageResult(result, metrics, warnings=(*held, *warnings(progress, friction)))
 
     def _policy(self, given: Mapping[str, Any]) -> PolicyArtifact | None:
         """Return the verified policy, None where there is a motion alone; raises StageError where there is neither."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -12,11 +13,20 @@ import pytest
 
 from kendama_cli.adaptation.aim import Aim
 from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.artifacts.servo_model import ServoModel
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.errors import StageError
-from kendama_cli.stages.transfer.imitating import _Attempts, _Playable, attempt_message, imitation_over
+from kendama_cli.stages.transfer.imitating import (
+    ImitationSession,
+    _Attempts,
+    _Playable,
+    attempt_message,
+    imitation_over,
+)
 from kendama_cli.stages.transfer.progress import AttemptFigures, Progress, UntoldRollout
+from kendama_cli.stages.transfer.results import warnings
 from tests.control.test_games import LEARN, TRANSFER
+from tests.identification.test_servo import ARM, leading, played
 from tests.stages.transfer.test_progress import POLICY
 
 MISSED = AttemptFigures(None, (0.0, 0.0), False, (-0.1, 0.02), 0.2, led=True)
@@ -144,3 +154,32 @@ def test_a_ball_that_never_came_down_is_logged_as_nan() -> None:
     message = attempt_message(2, dataclasses.replace(MISSED, miss_m=None))
     assert (message.index, message.led) == (2, True)
     assert np.isnan([message.miss_x_m, message.miss_y_m, message.along_m]).all()
+
+
+@pytest.mark.parametrize(("lag_s", "same"), [(0.12, True), (0.09, False), (None, False)])
+def test_the_first_play_checks_the_servo_that_was_identified(lag_s: float | None, same: bool) -> None:
+    """The arm follows 0.12 s late after a dead time of 10 ms."""
+    robot = leading(0.12, 0.010)
+    each = None if lag_s is None else np.full(7, lag_s)
+    none = np.zeros(7)
+    identified = None if each is None else ServoModel(robot.joint_names, 0.012, each, none + 1e-4, none, none)
+    robot.lead(identified)
+    progress = Progress.resumed(None, POLICY, LEARN, settings(), np.random.default_rng(1))
+    session = ImitationSession(
+        cast("Any", None),
+        cast("Any", SimpleNamespace(robot=robot)),
+        progress,
+        settings=settings(),
+        arm=ARM,
+        leading=robot,
+        told=None,
+    )
+    assert robot.servo is identified
+    assert session._identify(played(robot)) == same, "a miss under another servo says nothing of the motion"
+    assert progress.servo is not None
+    assert progress.servo.delay_s == pytest.approx(0.13, abs=0.004)
+    assert (progress.servo is identified) == same
+    assert robot.servo is progress.servo
+    told = list(warnings(progress, cast("Any", SimpleNamespace(servo=identified))))
+    assert bool(told) == (lag_s == 0.09)
+    assert all("late, 0.102 s when it was identified; commands lead by what was found now" in line for line in told)
