@@ -183,7 +183,7 @@ def main(path: str, key_file: str, port: int) -> None:
         names, limits = tuple(one.name for one in about.joints), tuple(map(tuple, arm.limits.tolist()))
         line = Robot(port, read_key(key_file), Description(names, limits, about.period_s, about.watchdog_s))
         arm.connect()
-    except (OSError, ImportError, ValueError, draccus.utils.DraccusException) as wrong:
+    except (OSError, ImportError, RuntimeError, ValueError, draccus.utils.DraccusException) as wrong:
         raise SystemExit(f"{path}: {wrong}") from None
     for end in (signal.SIGINT, signal.SIGTERM):
         signal.signal(end, lambda *_: sys.exit(0))

@@ -214,7 +214,7 @@ def controlled(python: str, text: str, folder: Path) -> Iterator[SimpleNamespace
                 said = process.stderr.read().decode()
             finally:
                 process.kill()
-        if "no status packet" not in said:  # LeRobot reads each register once: servos on a busy machine are too late
+        if "no status packet" not in said and "motor list" not in said:  # each is read once: a busy machine is too late
             break
     yield SimpleNamespace(said=said)
 
