@@ -232,6 +232,58 @@ def test_killed_in_adapt_and_again_in_transfer_it_ends_in_the_same_bytes(
     kendama(tmp_path, "cache", "verify")
 
 
+WORDS = ("much short", "long", "left", "caught", "little short")
+"""Outcomes of four attempts, of which the last three are aimed, and of a repeat."""
+
+
+def tell(folder: Path, arguments: tuple[str, ...], first: int, last: int) -> subprocess.Popen[bytes]:
+    """Start a run and tell it the outcomes of its rollouts from ``first`` on; return it as it waits for ``last``."""
+    process = subprocess.Popen(
+        command("run", *arguments),
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+    assert process.stderr is not None
+    told = first
+    for line in process.stderr:
+        if f"transfer: {told}, outcome waits for a line in words.txt".encode() in line:
+            if told == last:
+                return process
+            with (folder / "words.txt").open("a") as file:
+                file.write(f"{WORDS[told - 1]}\n")
+            told += 1
+    assert last > len(WORDS), f"ended before it waited for rollout {last}"
+    return process
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_killed_between_aimed_rollouts_it_goes_on_from_the_last_one_told_or_not(
+    whole: dict[str, Any], folder: Path, tmp_path: Path
+) -> None:
+    for stage in ("capture", "encode", "adapt"):
+        artifact = next(Path(one["artifact"]).relative_to(folder) for one in whole["stages"] if one["name"] == stage)
+        for place in (f".kendama/results/{stage}", str(artifact)):
+            shutil.copytree(folder / place, tmp_path / place)
+    small = (one for one in SMALL if "predict" not in one)
+    arguments = ("-p", "perform", *small, "hardware=beyond_lag", "transfer.outcome=words.txt")
+    for one in (folder, tmp_path):
+        (one / "words.txt").touch()
+    assert tell(folder, arguments, 1, len(WORDS) + 1).wait() == 0
+    for first, last in ((1, 3), (3, 4)):
+        process = tell(tmp_path, arguments, first, last)
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    assert tell(tmp_path, arguments, 4, len(WORDS) + 1).wait() == 0
+    uninterrupted, resumed = run(folder, *arguments), run(tmp_path, *arguments)
+    assert statuses(resumed)["transfer"] == "cached"
+    assert metrics(resumed, "transfer")["imitation"].startswith("caught at the fourth rollout; the arm lags 0.1")
+    assert metrics(resumed, "transfer")["imitation_caught_rate"] == 0.0
+    assert artifact_bytes(resumed) == artifact_bytes(uninterrupted)
+
+
 @pytest.mark.slow
 @pytest.mark.recording
 @pytest.mark.timeout(600)

@@ -45,13 +45,15 @@ SHORT_M, LOW_M = 0.35, 0.08
 class AimPath:
     """Motions by their predicted miss along x: ``miss_m`` (n,) rising, their ``parameters`` (n, d), the first played.
 
-    ``gain`` is the change of the miss along x and y for a goal that is moved by 1 m along the same axis in flight.
+    ``gain`` is the change of the miss along x and y for a goal that is moved by 1 m along the same axis in flight. The
+    ball flies along x where ``forward`` is 1, against it where it is -1.
     """
 
     miss_m: tuple[float, ...]
     parameters: tuple[tuple[float, ...], ...]
     first_m: float
     gain: Miss
+    forward: float = 1.0
 
     def parameters_at(self, miss_m: float) -> Array:
         """Return the parameters (d,) of the motion with this predicted miss, the path's end where it is beyond."""
@@ -80,9 +82,12 @@ class AimedRollout:
     miss_m: Miss
 
 
-def observed_miss(miss_m: Miss | None, apex_m: float) -> Miss:
-    """Return ``miss_m``; without a descent the miss of a ball that rose to ``apex_m`` over the rim."""
-    return (-SHORT_M - max(0.0, LOW_M - apex_m), 0.0) if miss_m is None else miss_m
+def observed_miss(miss_m: Miss | None, apex_m: float, forward: float = 1.0) -> Miss:
+    """Return ``miss_m``; without a descent that of a ball that rose to ``apex_m`` over the rim and fell short.
+
+    ``forward`` is 1 for a ball that should have flown along x, -1 against it.
+    """
+    return (-forward * (SHORT_M + max(0.0, LOW_M - apex_m)), 0.0) if miss_m is None else miss_m
 
 
 def path_of_motions(

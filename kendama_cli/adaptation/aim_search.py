@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from kendama_cli.adaptation.aim import Aim, AimedRollout, AimPath, next_aim, observed_miss, path_of_motions
+from kendama_cli.adaptation.aim import Aim, AimedRollout, AimPath, Miss, next_aim, observed_miss, path_of_motions
 from kendama_cli.adaptation.catch_family import BUMPED, CatchFamily
 from kendama_cli.adaptation.policy_search import PolicySearch
 from kendama_cli.adaptation.search_record import Attempt, MotionVariation, Search, Trial
@@ -38,20 +38,22 @@ class AimedMotions:
     ) -> None:
         self._settings, self._family, self._tau = settings, family, tau
         policy = settings.policy
+        dimension = 1 + len(BUMPED) * policy.bumps
+        forward = simulate(self._bent(np.zeros(dimension))).forward
 
         def miss_m(parameters: Array) -> float | None:
             attempt = simulate(self._bent(parameters))
-            return None if attempt.limit is not None else _missed(attempt)[0]
+            return None if attempt.limit is not None else missed(attempt, forward)[0]
 
-        misses, parameters, first_m = path_of_motions(miss_m, 1 + len(BUMPED) * policy.bumps)
-        path = AimPath(tuple(misses), tuple(tuple(one.tolist()) for one in parameters), first_m, (-1.0, -1.0))
+        misses, parameters, first_m = path_of_motions(miss_m, dimension)
+        path = AimPath(tuple(misses), tuple(tuple(one.tolist()) for one in parameters), first_m, (-1.0, -1.0), forward)
         centred = self._bent(path.parameters_at(0.0))
         before = simulate(centred)
         self._flight = policy.goal_moves if before.flight is None else (before.flight[0], min(before.flight[1], 1.0))
         gains = []
         for axis, unit in enumerate(np.eye(2) * PROBE_M):
             after = simulate(self._shifted(centred, unit.tolist()))
-            gains.append((_missed(after)[axis] - _missed(before)[axis]) / PROBE_M)
+            gains.append((missed(after, forward)[axis] - missed(before, forward)[axis]) / PROBE_M)
         self.path = dataclasses.replace(path, gain=(gains[0], gains[1]))
 
     def playable(self, aim: Aim) -> tuple[Aim, MotionVariation]:
@@ -123,13 +125,14 @@ class AimSearch:
             if len(rollouts) == len(attempts):
                 return len(rollouts), variation
             attempt = attempts[len(rollouts)]
-            rollouts.append(AimedRollout(aim, attempt.caught, _missed(attempt)))
+            rollouts.append(AimedRollout(aim, attempt.caught, missed(attempt, self._motions.path.forward)))
         return len(rollouts), None
 
 
-def _missed(attempt: Attempt) -> tuple[float, float]:
-    missed = None if attempt.signed_miss_m is None else (attempt.signed_miss_m, attempt.side_miss_m or 0.0)
-    return observed_miss(missed, attempt.apex_m)
+def missed(attempt: Attempt, forward: float) -> Miss:
+    """Return the miss of ``attempt``, whose ball should have flown along x (``forward`` 1) or against it (-1)."""
+    miss_m = None if attempt.signed_miss_m is None else (attempt.signed_miss_m, attempt.side_miss_m or 0.0)
+    return observed_miss(miss_m, attempt.apex_m, forward)
 
 
 def _in_a_row(attempts: Sequence[Attempt]) -> int:

@@ -10,7 +10,7 @@ from kendama_cli.adaptation.aim import Aim, AimPath, aimed, predicted
 
 CAUGHT = "caught"
 SIDES: dict[str, tuple[int, int]] = {"short": (0, -1), "long": (0, 1), "right": (1, -1), "left": (1, 1)}
-"""Axis and sign of the miss: along the swing's direction x, in which the ball flies, and left of it y, z up."""
+"""Axis and sign of the miss as seen along the flight of the ball, x, and to its left, y."""
 GRADES_M = {"little": 0.035, "": 0.09, "much": 0.18}
 """Steps of the aim where outcomes have grades: below 60 mm beside the cup's axis, between, above 150 mm."""
 TURNED = 0.6
@@ -62,7 +62,7 @@ def next_aim_by_words(path: AimPath, rollouts: Sequence[tuple[Aim, Outcome]]) ->
     axis, sign = SIDES[outcome.side]
     told = [one for _, one in rollouts if not one.caught and SIDES[one.side][0] == axis]
     desired = list(predicted(path, last))
-    desired[axis] -= sign * step_m(told)
+    desired[axis] -= path.forward * sign * step_m(told)
     x, y = desired
     return aimed(path, path.clipped(x) if axis == 0 else last.along_m, (x, y))
 

@@ -171,6 +171,7 @@ def attempt_of(
         flight,
         swing_slack_s=result.swing_slack_s,
         correction_m=correction_m,
+        forward=math.copysign(1.0, result.forward_m or 1.0),
     )
 
 

@@ -55,7 +55,8 @@ class Trial:
 class Attempt:
     """Result of an ``attempt`` or ``explore``; misses, ``apex_m`` and ``swing_slack_s`` as in RolloutResult.
 
-    ``flight`` is the fraction of the motion in which the ball flew. ``limit`` names the limit of the arm that forbade
+    ``flight`` is the fraction of the motion in which the ball flew, ``forward`` 1 or -1 as it flew along x or against
+    it. ``limit`` names the limit of the arm that forbade
     the motion, so that nothing was simulated. ``correction_m`` is the distance of the cup from its plan at the catch.
     """
 
@@ -68,6 +69,7 @@ class Attempt:
     limit: str | None = None
     swing_slack_s: float = 0.0
     correction_m: float = 0.0
+    forward: float = 1.0
 
     @property
     def slack_in_swing(self) -> bool:

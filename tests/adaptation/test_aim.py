@@ -83,6 +83,7 @@ def test_a_ball_that_never_came_down_counts_as_short_by_what_it_lacked() -> None
     assert observed_miss(None, 0.2) == (-0.35, 0.0)
     assert observed_miss(None, -0.02) == pytest.approx((-0.45, 0.0))
     assert observed_miss((0.1, 0.2), -0.02) == (0.1, 0.2)
+    assert observed_miss(None, 0.2, -1.0) == (0.35, 0.0), "short of a cup that the ball approaches against x"
 
 
 def bent(parameters: Array) -> float:

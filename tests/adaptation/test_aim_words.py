@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -50,6 +52,18 @@ def test_the_predicted_miss_moves_against_the_side(side: str) -> None:
     expected = list(before)
     expected[axis] -= sign * PLAIN_M
     assert after == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_of_a_ball_that_flies_against_x_every_side_is_the_other(side: str) -> None:
+    """A person's recorded swing (li-kendama) throws the ball so, though it swings along x."""
+    against = dataclasses.replace(PATH, forward=-1.0)
+    steps = [
+        np.subtract(predicted(path, next_aim_by_words(path, [(Aim(0.02), Outcome(side))])), predicted(path, Aim(0.02)))
+        for path in (PATH, against)
+    ]
+    assert steps[0] == pytest.approx(-steps[1])
+    assert np.abs(steps[0]).max() == pytest.approx(PLAIN_M)
 
 
 def test_beyond_the_path_the_goal_moves_in_flight() -> None:

@@ -30,10 +30,12 @@ from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 class Descent:
     """The first descent of a flight through the rim's plane: from when to when the rope was slack, x and y there.
 
-    ``swing_slack_s`` is the longest time for which the rope was slack before that flight.
+    ``forward_m`` is how far the ball flew along x until then, ``swing_slack_s`` the longest time for which the rope was
+    slack before that flight.
     """
 
     flight_s: tuple[float, float]
+    forward_m: float
     miss_m: tuple[float, float]
     swing_slack_s: float
 
@@ -46,7 +48,7 @@ class FlightRecord:
 
     def __init__(self, ball: TetheredBall, catch_from_s: float = 0.0) -> None:
         self._ball, self._catch_from_s = ball, catch_from_s
-        self._taut_s, self._slack_steps, self._longest_s = 0.0, 0, 0.0
+        self._taut_s, self._taut_x_m, self._slack_steps, self._longest_s = 0.0, 0.0, 0, 0.0
         self._before: tuple[float, float, float] | None = None
         self._fallen = False
         self._descents: list[Descent] = []
@@ -60,6 +62,7 @@ class FlightRecord:
         if ball.tension_n > 0.0:
             self._longest_s = max(self._longest_s, self._slack_steps * STEP_S)
             self._taut_s, self._slack_steps, self._before, self._fallen = t_s, 0, None, False
+            self._taut_x_m = float(ball.position_m[0])
             return
         self._slack_steps += 1
         if self._fallen:
@@ -70,7 +73,8 @@ class FlightRecord:
             return
         if t_s - self._taut_s >= SLACK_S - 0.5 * STEP_S:
             self._fallen = True
-            self._descents.append(Descent((self._taut_s, t_s), at_rim_m(before, now), self._longest_s))
+            forward_m = float(ball.position_m[0]) - self._taut_x_m
+            self._descents.append(Descent((self._taut_s, t_s), forward_m, at_rim_m(before, now), self._longest_s))
 
     @property
     def descent(self) -> Descent | None:
@@ -147,9 +151,10 @@ class RolloutResult:
     first on a slack rope after CATCH_SHARE of the cup's planned path (rim_crossing). ``caught_later`` names what is in
     the cup otherwise. ``signed_miss_m`` is the ball's place along x beside the cup's axis as that descent reaches the
     rim's plane, None without one; ``side_miss_m`` is the same along y. ``flight_s`` is when the rope went slack for
-    that flight and when it ended there; ``swing_slack_s`` is the longest time for which it was slack before.
-    ``apex_m`` is the maximum height of the ball's centre over the rim. The shares are the peaks of speed and torque
-    over their limits, ``effort_joint`` the joint whose torque came nearest to its own.
+    that flight and when it ended there, ``forward_m`` how far the ball flew along x in it; ``swing_slack_s`` is the
+    longest time for which it was slack before. ``apex_m`` is the maximum height of the ball's centre over the rim. The
+    shares are the peaks of speed and torque over their limits, ``effort_joint`` the joint whose torque came nearest to
+    its own.
     """
 
     caught: bool
@@ -157,6 +162,7 @@ class RolloutResult:
     signed_miss_m: float | None
     side_miss_m: float | None
     flight_s: tuple[float, float] | None
+    forward_m: float | None
     swing_slack_s: float
     apex_m: float
     velocity_ratio: float
@@ -218,6 +224,7 @@ def play_rollout(
         signed_miss_m=miss_m,
         side_miss_m=side_m,
         flight_s=None if descent is None else descent.flight_s,
+        forward_m=None if descent is None else descent.forward_m,
         swing_slack_s=flight.swing_slack_s,
         apex_m=float(flight.apex_m - world.ball.game.cup.rim_m),
         velocity_ratio=float((fastest / world.arm.limits.velocity_rad_s).max()),

@@ -23,11 +23,7 @@ STAGE = StageDeclaration(
         Headline("success_rate_after", "of swing-ups succeed on {robot}"),
         Headline("caught_rate", "of full games caught on {robot}"),
     ),
-    brief=(
-        "{caught_rate:.0%} of {games} games caught, {success_rate_after:.0%} swung up; imitation {imitation}\n"
-        "{caught_rate:.0%} of {games} games caught, {success_rate_after:.0%} swung up\n"
-        "{imitation}"
-    ),
+    brief="{caught_rate:.0%} of {games} games caught, {success_rate_after:.0%} swung up\n{imitation}",
     capped={"rollouts": "learned", "rollouts_from_scratch": "learned_from_scratch", "rollouts_to_solved": "solved"},
     metrics={
         "rollouts": "Number of rollouts that were learned on the robot.",

@@ -76,7 +76,8 @@ class ImitationAims:
         if one.miss_m is not None:
             x, y, _ = heading_turn(-self._heading_rad) @ np.array([*one.miss_m, 0.0]) / rope_scale
             miss_m = (float(x), float(y))
-        return AimedRollout(self._aim(one), one.caught, observed_miss(miss_m, (one.apex_m or 0.0) / rope_scale))
+        miss_m = observed_miss(miss_m, (one.apex_m or 0.0) / rope_scale, self._motions.path.forward)
+        return AimedRollout(self._aim(one), one.caught, miss_m)
 
     def _aim(self, one: AttemptFigures) -> Aim:
         return self.first if one.along_m is None else Aim(one.along_m, one.shift_m)

@@ -30,7 +30,7 @@ def transfer_result(
     )
     learning = {} if policy is None else _learning(result, progress, baseline=baseline)
     games = {} if policy is None else _games(result, progress)
-    return result, {**learning, **_imitation(progress, sag_m), **games, "missed_packets": progress.missed}
+    return result, {**_imitation(progress, sag_m), **learning, **games, "missed_packets": progress.missed}
 
 
 def warnings(progress: Progress, friction: FrictionModel | None) -> Iterator[str]:
