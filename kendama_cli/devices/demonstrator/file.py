@@ -51,6 +51,7 @@ class RecordedDemonstrator:
         self.name = name
         self.rate_hz = 1.0 / step_s(recording.t_s)
         self.warnings, self.origin = recording.warnings, recording.origin
+        self.likely_error_m = recording.likely_error_m
         self._recording = recording
 
     def samples(self) -> Iterator[DemonstratorSample]:

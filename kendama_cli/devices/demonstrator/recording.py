@@ -41,6 +41,8 @@ class Recording:
     """(n, 3) the ball, where it was recorded too; NaN where it was not seen."""
     origin: str = ""
     """one word of the file's head about who or what made the swing: ``# origin: synthetic``"""
+    likely_error_m: float | None = None
+    """root mean square error of the positions that the recording itself suggests; None where it does not tell"""
 
     def rows(self, chosen: NDArray[np.int64]) -> Recording:
         """Return the recording of the ``chosen`` samples alone, in their order, at their own times."""

@@ -60,7 +60,13 @@ def swings_of(export: Export, settings: PhoneCapture) -> list[Recording]:
         own = in_own_plane(swing, settings.sensor_in_cup_m)
         lines = [*report(motions, whole.signals.rate_hz), *suspicions(motions, whole.signals)]
         lines += check_axes(own, settings.plausible.axes)
-        swings.append(replace(own, warnings=(*swing.warnings, *(f"{swing.name}: {one}" for one in lines))))
+        swings.append(
+            replace(
+                own,
+                likely_error_m=max((one.evidence.likely_m for one in motions), default=None),
+                warnings=(*swing.warnings, *(f"{swing.name}: {one}" for one in lines)),
+            )
+        )
     return swings
 
 

@@ -25,6 +25,10 @@ STAGE = StageDeclaration(
         "duration_s": "Mean duration of the recordings, before they are cut to their motion.",
         "peak_speed_m_s": "Highest speed of the cup in all recordings; a hand's swing reaches 0.5 to 3 m/s.",
         "origin": "Source of the recordings as their files state it: person, synthetic, or mixed if they differ.",
+        "likely_error_mm": (
+            "Root mean square error that a recording of inertial sensors suggests of its path, the largest of all; no "
+            "bound."
+        ),
     },
     topic_words={
         "/capture/cup": "Pose of the cup in each demonstration, whose name is the child frame.",

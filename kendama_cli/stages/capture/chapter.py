@@ -18,7 +18,7 @@ def capture_figures(log: StageLog) -> list[Figure]:
     tracks = paths_by_child(log.table("/capture/cup", FrameTransform))
     if not tracks:
         return []
-    n = len(tracks)
+    n, error_mm = len(tracks), log.metrics.get("likely_error_mm")
     with drawing("capture-path", "Path of the hand-held cup, side view", height_in=3.4) as path:
         axes = path.axes()[0]
         for number, one in enumerate(tracks, 1):
@@ -32,9 +32,17 @@ def capture_figures(log: StageLog) -> list[Figure]:
             for number, one in enumerate(tracks, 1):
                 values = one.x_m if label == "x" else one.z_m
                 axes.plot(one.t_s - one.t_s[0], values, label=f"_demonstration {number}", **look)
+                if isinstance(error_mm, float):
+                    low, high = values - error_mm / 1e3, values + error_mm / 1e3
+                    axes.fill_between(one.t_s - one.t_s[0], low, high, color=CUP, alpha=0.18, lw=0)
             axes.set_ylabel(f"{label} [m]")
         axes.set_xlabel("time [s]")
     panels: list[Panel | None] = [path.panel("Path of the cup"), time.panel("Coordinates over time")]
+    banded = ""
+    if isinstance(error_mm, float):
+        banded = (
+            f" The band is {error_mm:.0f} mm wide to each side, the likely error (rms) of inertial sensors; no bound."
+        )
     one_or_many = "the demonstration" if n == 1 else f"each of the {n} demonstrations"
     return figure(
         lettered(
@@ -43,7 +51,7 @@ def capture_figures(log: StageLog) -> list[Figure]:
                 f"{swings_of(log.metrics)} Side view of the cup in {one_or_many}, relative to its start."
                 " The cup swings out, back and up; the more the paths agree, the more their average says.",
                 f"Horizontal (x) and vertical (z) position of the cup over time in {one_or_many}. They may differ in"
-                " speed: averaging scales each to one duration.",
+                f" speed: averaging scales each to one duration.{banded}",
             ],
         ),
         panels,

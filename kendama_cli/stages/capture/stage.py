@@ -36,6 +36,7 @@ class Capture:
             warnings += getattr(hand, "warnings", ())
             ctx.progress(len(demonstrations), len(hands))
         origins = {getattr(hand, "origin", "") for hand in hands}
+        errors_m = [one for hand in hands if (one := getattr(hand, "likely_error_m", None)) is not None]
         rates = [1.0 / step_s(swing.t_s) for swing in demonstrations]
         return StageResult(
             DemonstrationSet(tuple(demonstrations)),
@@ -45,6 +46,7 @@ class Capture:
                 "duration_s": float(np.mean([swing.duration_s for swing in demonstrations])),
                 "peak_speed_m_s": max(swing.peak_speed_m_s for swing in demonstrations),
                 "origin": origins.pop() if len(origins) == 1 else "mixed",
+                **({"likely_error_mm": 1e3 * max(errors_m)} if errors_m else {}),
             },
             tuple(warnings),
         )
