@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+import socket
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +14,9 @@ from kendama_cli.cli import render
 from kendama_cli.cli.options import ConfigDir, Home, Overrides
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import MissingPartError, install_line
+
+if TYPE_CHECKING:
+    from kendama_cli.plugins.teleoperation.play.joining import Joining
 
 SECTION = "Teach"
 """Part of ``kendama --help`` in which these commands stand."""
@@ -37,7 +41,6 @@ def play(
     Example: kendama play
     """
     import webbrowser
-    from socket import gethostname
 
     from kendama_cli.config.compose import composed
     from kendama_cli.pipeline.nodes import build_settings
@@ -45,10 +48,10 @@ def play(
     from kendama_cli.system.listening import listen, own_address
 
     # before all that takes seconds to import
-    listening = listen(host, port) if not phone else listen(LOOPBACK[0] if host in LOOPBACK else host, 0)
     phones = listen(EVERYWHERE[0] if host in LOOPBACK else host, port) if phone else None
+    host, port = (LOOPBACK[0], 0) if phone else (host, port)
+    listening = listen(host, port)
     try:
-        from kendama_cli.plugins.teleoperation.play.joining import Joining
         from kendama_cli.plugins.teleoperation.play.server import Opened, PlayServer  # dartpy, starlette
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("starlette", "uvicorn", "websockets"):
@@ -59,8 +62,7 @@ def play(
     taker = [] if any(one.startswith("capture=") for one in asked) else ["capture=play"]
     settings = build_settings(composed(find_site(home, config_dir), [*taker, *asked]))
     folder = Path(settings["play"].folder).expanduser().absolute()
-    doubt = partial(doubt_of, settings["capture"])
-    joining = None if phones is None else Joining(_phones(), phones, (own_address(), gethostname(), LOOPBACK[0]))
+    doubt, joining = partial(doubt_of, settings["capture"]), None if phones is None else _joining(phones)
     server = PlayServer(settings["game"], settings["play"], folder, doubt=doubt, tell=render.note, joining=joining)
 
     def ready(opened: Opened) -> None:
@@ -74,11 +76,7 @@ def play(
                 f"address above can play, and see, rename and delete the tries of every player in {folder}"
             )
         if opened.joining:
-            render.note(
-                f"open to your network on purpose, over HTTPS: phones join at {opened.joining}\n{opened.code}"
-                "whoever has that address can play, and see, rename and delete all tries; a phone warns of the "
-                f"certificate, which this command made for itself (SHA-256 {opened.fingerprint})"
-            )
+            render.note(_invitation(opened.joining, opened.code, opened.fingerprint))
         render.note(f"tries are kept in {folder}; Ctrl-C ends the game")
         if show and host in LOOPBACK:
             webbrowser.open(address)
@@ -89,17 +87,29 @@ def play(
         render.note("ended; 'kendama run capture=play' goes on with what was kept")
 
 
-def _phones() -> Any:
-    """Return the part by which phones join; raises MissingPartError where it or its libraries are not installed."""
+def _invitation(address: str, code: str, fingerprint: str) -> str:
+    """Return the lines that say that the network can reach this machine, and how phones do."""
+    return (
+        f"open to your network on purpose, over HTTPS: phones join at {address}\n{code}"
+        "whoever has that address can play, and see, rename and delete all tries; a phone warns of the certificate, "
+        f"which this command made for itself (SHA-256 {fingerprint})"
+    )
+
+
+def _joining(listening: socket.socket) -> Joining:
+    """Return how phones join; raises MissingPartError where that part or its libraries are not installed."""
     from kendama_cli.plugins.teleoperation.play.joined import JOINS
+    from kendama_cli.plugins.teleoperation.play.joining import Joining
     from kendama_cli.schema.registry import declared, resolve
+    from kendama_cli.system.listening import own_address
 
     if "phone" not in declared(JOINS):
         raise MissingPartError("phone", "'kendama play --phone' needs the part 'phone', which is not installed")
     try:
-        return resolve(declared(JOINS)["phone"], "'kendama play --phone'")()
+        join = resolve(declared(JOINS)["phone"], "'kendama play --phone'")()
     except MissingPartError as error:
         if not isinstance(error.__cause__, ModuleNotFoundError):
             raise
         message = f"'kendama play --phone' needs {error.__cause__.name}: {install_line('phone')}"
         raise MissingPartError(str(error.__cause__.name), message) from None
+    return Joining(join, listening, (own_address(), socket.gethostname(), LOOPBACK[0]))

@@ -78,8 +78,7 @@ class PlayServer:
     def serve(self, listening: socket.socket, host: str, ready: Callable[[Opened], None]) -> None:
         """Serve on ``listening`` until SIGINT or SIGTERM, which is raised again when all tries are kept."""
         bound = int(listening.getsockname()[1])
-        shown = f"[{host}]" if ":" in host else host
-        address = f"http://{shown}:{bound}/?token={self._token}"
+        address = f"http://{f'[{host}]' if ':' in host else host}:{bound}/?token={self._token}"
         try:
             with tempfile.TemporaryDirectory(prefix="kendama-play-") as folder:
                 servers, opened = [(self._server(), listening)], Opened(address, bound)
@@ -127,11 +126,8 @@ class PlayServer:
         return Response(_read("index.html"), 200, HEADERS, "text/html")
 
     async def _asset(self, request: Request) -> Response:
-        name = request.path_params["name"]
-        if name not in self._assets:
-            return PlainTextResponse("not found\n", 404, HEADERS)
-        kind, content = self._assets[name]
-        return Response(content, 200, HEADERS, kind)
+        kind, content = self._assets.get(request.path_params["name"], ("", b""))
+        return Response(content, 200, HEADERS, kind) if kind else PlainTextResponse("not found\n", 404, HEADERS)
 
     async def _line(self, line: WebSocket) -> None:
         await line.accept()
