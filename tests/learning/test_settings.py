@@ -6,7 +6,11 @@ import dataclasses
 
 import pytest
 
+from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError
+from kendama_cli.learning.discretisation import StateGrid
+from kendama_cli.learning.state import SwingState
+from kendama_cli.pipeline.catalogue import load_pipeline
 from tests.learning.settings_files import learn_settings
 
 WRONG = [
@@ -52,7 +56,7 @@ def test_a_wrong_value_is_refused_with_its_key_and_what_is_allowed(replaced, mes
     assert refused.value.key.startswith("learn.")
 
 
-@pytest.mark.parametrize("name", ["easy", "hard", "hard_random", "paper_caught"])
+@pytest.mark.parametrize("name", ["easy", "hard", "hard_random", "paper_caught", "paper_literal"])
 def test_the_shipped_settings_are_sound(name):
     assert len(learn_settings(name).actions_m_s2) == 5
 
@@ -66,6 +70,23 @@ def test_hard_random_is_hard_on_other_bodies():
     assert dataclasses.replace(hard, exploration=more) == dataclasses.replace(
         varied, task="hard", randomisation=hard.randomisation, validation=back, acting="latest"
     )
+
+
+def test_the_papers_task_is_what_the_paper_tells():
+    """Each value stands in the paper: numbers of bins and actions, harmonics without memory, what is rewarded."""
+    literal = learn_settings("paper_literal")
+    grid = StateGrid(literal.grid)
+    assert (grid.shape, literal.grid.position) == ((2, 3, 18, 3), "side")
+    assert grid.cell(SwingState(-0.01, 0.0, 0.0, 0.0))[0] != grid.cell(SwingState(0.01, 0.0, 0.0, 0.0))[0]
+    assert len(literal.actions_m_s2) == 5
+    assert (literal.exploration.kind, literal.exploration.mutation_fraction) == ("harmonic", 0.0)
+    assert (literal.goal.success, literal.acting, literal.update) == ("reached", "latest", "sarsa")
+    on_the_way = literal.reward.step, literal.reward.displacement_per_m, literal.reward.missed
+    assert on_the_way == (0.0, 0.0, 0.0), "the final state is rewarded"
+    assert literal.workspace.kind == "terminate"
+    assert literal.reward.outside < 0.0, "too large a displacement is penalised"
+    overrides = load_pipeline("paper", find_site().pipeline_folders).overrides
+    assert {"learn/task=paper_literal", "game/air=linear", "encode=paper"} <= set(overrides)
 
 
 def test_the_learner_is_a_choice_of_its_own_on_every_task():
