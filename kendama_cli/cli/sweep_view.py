@@ -158,6 +158,7 @@ def _show_means(done: Sequence[RunRecord]) -> None:
     for row in table.rows:
         pairs = [f"{key}={value}" for key, value in zip(table.settings, row.settings, strict=True)]
         found = [(name, one) for name, one in zip(metrics, row.estimates, strict=True) if one is not None and one.n > 1]
-        rows += [(" ".join(pairs) or "all", str(len(row.runs)), name, one.texts(DIGITS)) for name, one in found]
+        setting, runs = " ".join(pairs) or "all", str(len(row.runs))
+        rows += [(setting, runs, name.removeprefix(f"{stage.name}."), one.texts(DIGITS)) for name, one in found]
     if rows:
-        render.table(rows, head=("setting", "runs", "metric", "median; mean [95 % over the runs]"))
+        render.table(rows, head=("setting", "runs", "metric", "median; mean [95 %]"))

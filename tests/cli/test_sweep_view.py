@@ -50,7 +50,9 @@ def test_one_bar_counts_the_runs_and_keeps_failures_in_sight() -> None:
     assert "✗ seed=1: learn: the rope broke" in frame
 
 
-def test_many_runs_are_told_by_their_means_with_intervals_and_every_failure(capsys: pytest.CaptureFixture[str]) -> None:
+def test_many_runs_are_told_by_medians_and_means_with_intervals_and_every_failure(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     records = [
         record(seed, [f"learn.alpha={alpha}", f"seed={seed}"], outcome(rollouts_to_solved=seed + 10, solved=True))
         for alpha in (0.3, 0.5)
@@ -60,7 +62,9 @@ def test_many_runs_are_told_by_their_means_with_intervals_and_every_failure(caps
     show_sweep(records)
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 1 + 4 + 2, "a head, two metrics of two settings, the failure, the count"
-    assert re.search(r"learn\.alpha=0\.3 +8 +learn\.rollouts_to_solved +13\.5 \[1\d\.?\d*, 1\d\.?\d*\]", lines[1])
+    assert re.search(
+        r"learn\.alpha=0\.3 +8 +rollouts_to_solved +13\.5 \[10, 17\]; mean 13\.5 \[11\.\d+, 15\.\d+\]", lines[1]
+    )
     assert lines[-2] == "run-99 failed  learn.alpha=0.5 seed=99  the rope broke"
     assert lines[-1] == "16 of 17 runs done, 1 not"
 
