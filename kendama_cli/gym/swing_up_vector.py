@@ -125,6 +125,8 @@ ANGLE, RATE = 2, 3
 class SwingUpVector(VectorEnv[Observation, Any, Any]):
     """``num_envs`` environments of SwingUp, each with its own noise and body; the next step after an end resets it.
 
+    With ``autoreset_mode`` SAME_STEP the step that ends a rollout begins the next, and ``info`` has final_obs and
+    final_info, as in Gymnasium's own vectors.
     Spaces, rewards, ends and numbers are SwingUp's, also what a seed draws; only the engine ``rail`` is compiled.
     ``info`` has arrays ``is_success``, ``outcome`` and ``duration_s`` with the masks that Gymnasium gives them.
     """
@@ -142,6 +144,7 @@ class SwingUpVector(VectorEnv[Observation, Any, Any]):
         shaping: float = 0.0,
         gamma: float | None = None,
         max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
     ) -> None:
         """Take SwingUp's arguments; ``max_episode_steps`` truncates as Gymnasium's TimeLimit does a single one.
 
@@ -152,6 +155,11 @@ class SwingUpVector(VectorEnv[Observation, Any, Any]):
         self.settings, game = task(overrides)
         if not isinstance(self.settings.engine, RailEngine):
             raise ConfigError("simulation/engine", "many environments at once run on the rail: simulation/engine=rail")
+        if autoreset_mode not in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP):
+            raise ConfigError(
+                "autoreset_mode", f"'autoreset_mode' is {autoreset_mode!r}; allowed: AutoresetMode.NEXT_STEP, SAME_STEP"
+            )
+        self.metadata = {**self.metadata, "autoreset_mode": autoreset_mode}
         self.num_envs = num_envs
         self._observed = Observed.swing(self.settings, normalised=normalised)
         self._accelerations = Accelerations(self.settings, actions)
@@ -187,10 +195,17 @@ class SwingUpVector(VectorEnv[Observation, Any, Any]):
         return self._observed.of(seen), self._info(np.zeros(self.num_envs, np.bool_))
 
     def step(self, actions: Any) -> Step:
-        """Hold an action in each; one that ended in the step before is reset instead, and its action not looked at."""
+        """Hold an action in each; one that ended in the step before is reset instead, and its action not looked at.
+
+        With SAME_STEP one that ends is reset in the same step.
+        """
         if not self._begun:
             raise gymnasium.error.ResetNeeded("call reset() first: no rollout is under way")
         desired = self._accelerations.many(actions, self.num_envs)
+        if self.metadata["autoreset_mode"] == AutoresetMode.SAME_STEP:
+            self._rollouts.hold(desired)
+            self._steps += 1
+            return self._begun_again(self._step(np.zeros(self.num_envs, np.bool_)))
         anew = self._rollouts.ends != kernel.DUE
         self._rollouts.begin(np.flatnonzero(anew), self._options, self._rngs)
         self._rollouts.ends[anew] = kernel.TIMEOUT  # passed over
@@ -218,6 +233,22 @@ class SwingUpVector(VectorEnv[Observation, Any, Any]):
             self._rollouts.ends[cut & ~ended] = kernel.TIMEOUT  # the next step hangs the ball anew
             late |= cut
         return self._observed.of(seen), reward, terminated, late, info
+
+    def _begun_again(self, step: Step) -> Step:
+        """Return ``step`` with the rollouts that ended in it begun anew."""
+        seen, reward, terminated, late, ended_info = step
+        over = terminated | late
+        if not over.any():
+            return step
+        final = np.full(self.num_envs, None, dtype=object)
+        for i in np.flatnonzero(over).tolist():
+            final[i] = seen[i]
+        self._rollouts.begin(np.flatnonzero(over), self._options, self._rngs)
+        self._steps[over] = 0
+        readings = self._rollouts.readings()
+        self._potential = self._shaping.potential(readings[:, ANGLE], readings[:, RATE])
+        told = {"final_obs": final, "_final_obs": over, "final_info": ended_info, "_final_info": over}
+        return self._observed.of(readings), reward, terminated, late, {**self._info(np.zeros_like(over)), **told}
 
     def _outcome(self, i: int) -> tuple[Any, float | None]:
         if self._rollouts.ends[i] != kernel.GOAL:

@@ -159,3 +159,59 @@ def test_actions_that_are_none_are_refused() -> None:
     for actions in (np.array([[0.0], [1.5]]), np.array([[0.0], [np.nan]]), np.zeros(2)):
         with pytest.raises(gymnasium.error.InvalidAction, match=r"\(2, 1\) numbers, -1 to 1"):
             continuous.step(actions)
+
+
+def test_reset_in_the_step_of_an_end_it_is_gymnasiums_own_vector_of_single_ones() -> None:
+    same_step, options = (
+        gymnasium.vector.AutoresetMode.SAME_STEP,
+        {"actions": "continuous", "shaping": 5.0, "gamma": 0.9},
+    )
+    many = SwingUpVector(6, ["learn/task=easy"], 0.1, autoreset_mode=same_step, **options)
+    single = [lambda: SwingUp(["learn/task=easy"], 0.1, **options)] * 6
+    theirs = gymnasium.vector.SyncVectorEnv(single, autoreset_mode=same_step)
+    assert many.metadata["autoreset_mode"] == theirs.metadata["autoreset_mode"]
+    np.testing.assert_array_equal(many.reset(seed=10060)[0], theirs.reset(seed=10060)[0])
+    ended = 0
+    for action in accelerations(6, 90, 10060):
+        one, other = many.step(action), theirs.step(action)
+        for mine, peer in zip(one[:4], other[:4], strict=True):
+            np.testing.assert_allclose(mine, peer, rtol=1e-5, atol=1e-5)
+        over = one[2] | one[3]
+        ended += int(over.sum())
+        if over.any():
+            np.testing.assert_array_equal(one[4]["_final_obs"], other[4]["_final_obs"])
+            for i in np.flatnonzero(over):
+                np.testing.assert_allclose(one[4]["final_obs"][i], other[4]["final_obs"][i], rtol=1e-5, atol=1e-5)
+                assert one[4]["final_info"]["outcome"][i] == other[4]["final_info"]["outcome"][i]
+    assert ended > 12, "each of them ends more than once"
+
+
+def test_another_way_to_reset_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"'autoreset_mode' is .*DISABLED.*; allowed: AutoresetMode.NEXT_STEP, SAME"):
+        SwingUpVector(2, autoreset_mode=gymnasium.vector.AutoresetMode.DISABLED)
+
+
+def test_for_stable_baselines3_it_is_the_same_vector_and_tells_how_each_ended() -> None:
+    pytest.importorskip("stable_baselines3", reason="Stable-Baselines3 is not installed")
+    from stable_baselines3.common.vec_env import DummyVecEnv  # noqa: PLC0415
+
+    from kendama_cli.gym.stable_baselines3 import SwingUpVecEnv  # noqa: PLC0415
+
+    options = {"actions": "continuous", "normalised": True}
+    many = SwingUpVecEnv(4, ["learn/task=easy"], hold_s=0.1, **options)
+    theirs = DummyVecEnv([lambda: SwingUp(["learn/task=easy"], 0.1, **options)] * 4)
+    for one in (many, theirs):
+        one.seed(10070)
+    np.testing.assert_array_equal(many.reset(), theirs.reset())
+    ended = 0
+    for action in accelerations(4, 90, 10070):
+        *mine, told = many.step(action)
+        *peer, expected = theirs.step(action)
+        for ours, other in zip(mine, peer, strict=True):
+            np.testing.assert_allclose(ours, other, rtol=1e-5, atol=1e-5)
+        for i in np.flatnonzero(mine[2]):
+            ended += 1
+            np.testing.assert_allclose(told[i]["terminal_observation"], expected[i]["terminal_observation"], atol=1e-5)
+            for name in ("TimeLimit.truncated", "is_success"):
+                assert told[i][name] == expected[i][name]
+    assert ended > 8
