@@ -35,9 +35,9 @@ def bundled_swing(number: int = 1) -> tuple[np.ndarray, np.ndarray]:
     return rows[:, 0], rows[:, 1:]
 
 
-def person_swing() -> tuple[np.ndarray, np.ndarray]:
+def person_swing(file: Path = PERSON) -> tuple[np.ndarray, np.ndarray]:
     """Return a person's recorded swing at 100 Hz."""
-    rows = np.loadtxt(PERSON)[:350]
+    rows = np.loadtxt(file)[:350]
     return np.arange(len(rows)) / 100, np.column_stack([-rows[:, 1], 0 * rows[:, 1], rows[:, 3]]) / 1e3
 
 
@@ -52,6 +52,27 @@ class Take:
     true_m: np.ndarray
     true_rotation: Rotation
 
+
+@dataclass(frozen=True)
+class Sensors:
+    """Errors of a phone's sensors (standard deviations): biases, white noise of a sample at 100 Hz, stray of stamps.
+
+    Scale and cross-axis errors are 0.4 % of the accelerometer and 0.6 % of the gyroscope, by assumption.
+    """
+
+    bias_m_s2: float = 0.08
+    noise_m_s2: float = 0.03
+    bias_rad_s: float = 0.01
+    noise_rad_s: float = 0.004
+    stray_s: float = 0.0005
+
+
+USUAL = Sensors()
+BMI270 = Sensors(noise_m_s2=0.0111, bias_rad_s=np.radians(0.5), noise_rad_s=np.radians(0.0495))
+"""Bosch Sensortec, BMI270 data sheet BST-BMI270-DS000: 160 ug/sqrt(Hz) and 7 mdps/sqrt(Hz) over 50 Hz, zero-rate offset
+0.5 deg/s. Its users measured up to 3 deg/s, and the BMI160's sheet allows them. The accelerometer's bias is assumed."""
+BMI160 = Sensors(noise_m_s2=0.0125, bias_rad_s=np.radians(3.0), noise_rad_s=np.radians(0.0495))
+"""The same with the BMI160's zero-rate offset of 3 deg/s, and a little more noise, which is assumed."""
 
 UPRIGHT = Rotation.from_matrix([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """From the axes of a phone whose top edge is up and whose screen is towards the player to the room's."""
@@ -68,11 +89,11 @@ def take(
     limit_m_s2=None,
     lost=0.0,
     held=None,
+    sensors=USUAL,
 ) -> Take:
     """Return a phone's recording of a swing: ``grade`` 1 is usual, 0 without any error; it is held anyhow by default.
 
-    Noise, bias, scale and cross-axis errors are those of the prototype; stamps stray by 0.5 ms; a fraction of the
-    samples is lost. The hand leans with its velocity, and turns about the others at random.
+    A fraction of the samples is lost. The hand leans with its velocity, and turns about the others at random.
     """
     t_s, place_m = swing
     step_s = t_s[1] - t_s[0]
@@ -100,11 +121,15 @@ def take(
     force = rotation.inv().apply(spline(times, 2) + np.array([0.0, 0.0, 9.81]))
     own, its = (np.eye(3) + grade * rng.normal(0, one, (3, 3)) for one in (0.004, 0.006))
     noise = np.sqrt(rate_hz / 100)
-    force = force @ own.T + grade * (rng.normal(0, 0.08, 3) + noise * rng.normal(0, 0.03, force.shape))
-    rate = rate @ its.T + grade * (rng.normal(0, 0.01, 3) + noise * rng.normal(0, 0.004, rate.shape))
+    force = force @ own.T + grade * (
+        rng.normal(0, sensors.bias_m_s2, 3) + noise * rng.normal(0, sensors.noise_m_s2, force.shape)
+    )
+    rate = rate @ its.T + grade * (
+        rng.normal(0, sensors.bias_rad_s, 3) + noise * rng.normal(0, sensors.noise_rad_s, rate.shape)
+    )
     if limit_m_s2 is not None:
         force = np.clip(force, -limit_m_s2, limit_m_s2)
-    stamps = times + grade * rng.normal(0, 0.0005, len(times)) * min(1.0, 100 / rate_hz)
+    stamps = times + grade * rng.normal(0, sensors.stray_s, len(times)) * min(1.0, 100 / rate_hz)
     kept = rng.random(len(times)) >= lost
     return Take(stamps[kept], force[kept], rate[kept], times, spline(times), rotation)
 

@@ -73,6 +73,15 @@ def test_a_motion_without_a_rest_is_not_kept():
         hand.path()
 
 
+def test_a_motion_that_is_cut_off_is_not_kept_as_the_one_before():
+    hand, one = PhoneHand(), swung(1)
+    said(hand, one)
+    later = replace(one, t_s=one.t_s + one.t_s[-1] + 0.02)
+    said(hand, later, until_s=later.t_s[0] + 2.6)
+    with pytest.raises(InputError, match="not still at its end"):
+        hand.path()
+
+
 @pytest.mark.parametrize(
     ("how", "line"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import ssl
+import time
 import urllib.error
 import urllib.request
 
@@ -16,10 +17,10 @@ UNVERIFIED.check_hostname, UNVERIFIED.verify_mode = False, ssl.CERT_NONE
 STILL = {"samples": [[20.0 * k, 0.0, 9.8, 0.0, 0.0, 0.0, 0.0] for k in range(80)]}
 
 
-def asked(game, session, body, token=None):
+def asked(game, session, body, token=None, player="bo"):
     """Post a phone's message; return status and what is answered."""
     base, _, query = game.joining.partition("/join?token=")
-    address = f"{base}/joined?token={query if token is None else token}&player=bo&session={session}"
+    address = f"{base}/joined?token={query if token is None else token}&player={player}&session={session}"
     try:
         with urllib.request.urlopen(address, body.encode(), timeout=20, context=UNVERIFIED) as answer:
             return answer.status, json.loads(answer.read())
@@ -48,6 +49,18 @@ def test_a_phone_at_rest_is_told_that_it_may_swing(game):
     assert answer == [{"type": "hint", "line": "Ready: swing to the left and right of the screen."}]
 
 
+def test_several_phones_play_at_once_and_a_name_moves_to_its_last_phone(game):
+    for session, player in (("x", "ada"), ("y", "ben"), ("z", "ada")):
+        assert asked(game, session, json.dumps(STILL), player=player)[0] == 200
+    until_s = time.monotonic() + 20
+    said = []
+    while not any(one["type"] == "ended" for one in said):
+        assert time.monotonic() < until_s
+        said += asked(game, "x", '{"samples": []}', player="ada")[1]
+    assert said[-1]["line"] == "'ada' plays in another window now"
+    assert {"ada plays", "ben plays"} <= set(game.said)
+
+
 def test_a_phone_that_says_nonsense_is_ended_with_the_reason(game):
     asked(game, "c", json.dumps(STILL))
     _, answer = asked(game, "c", "{}")
@@ -56,12 +69,9 @@ def test_a_phone_that_says_nonsense_is_ended_with_the_reason(game):
 
 
 def test_a_name_without_a_letter_is_ended_with_the_reason(game):
-    base, _, query = game.joining.partition("/join?token=")
-    address = f"{base}/joined?token={query}&player=--&session=d"
     said = []
     for _ in range(20):
-        with urllib.request.urlopen(address, b'{"samples": []}', timeout=20, context=UNVERIFIED) as answer:
-            said += json.loads(answer.read())
+        said += asked(game, "d", '{"samples": []}', player="--")[1]
         if any(one["type"] == "ended" for one in said):
             break
     assert any("no letter or digit" in one["line"] for one in said)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -10,7 +12,17 @@ from scipy.spatial.transform import Rotation
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.phone.files import read_exports
 from kendama_cli.plugins.phone.swings import open_phone, reconstructed
-from tests.plugins.phone.phones import bundled_swing, plain_path, rms_m, settings, take, write_phyphox
+from tests.plugins.phone.phones import (
+    BMI160,
+    BMI270,
+    Sensors,
+    bundled_swing,
+    plain_path,
+    rms_m,
+    settings,
+    take,
+    write_phyphox,
+)
 
 
 def tried(folder, seed, **how):
@@ -36,6 +48,10 @@ def tried(folder, seed, **how):
         ({"rate_hz": 500.0}, 0.010),
         ({"rests_s": (0.5, 2.0)}, 0.012),
         ({"lost": 0.02}, 0.012),
+        ({"rate_hz": 200.0}, 0.010),
+        ({"sensors": Sensors(stray_s=0.002)}, 0.012),
+        ({"sensors": BMI270}, 0.010),
+        ({"sensors": BMI160}, 0.010),
     ],
 )
 def test_a_swing_is_found_again_better_than_by_plain_integration(tmp_path, how, bound_m):
@@ -112,6 +128,17 @@ def test_the_closing_line_says_what_is_likely_and_what_cannot_be_seen(tmp_path):
 def test_a_short_rest_is_told(tmp_path):
     (hand,) = hands(tmp_path, take(np.random.default_rng(1), bundled_swing(), rests_s=(0.3, 1.0)))
     assert any("s only: hold still for a second" in line for line in hand.warnings)
+
+
+@pytest.mark.parametrize("rest_s", [0.2, 0.3, 0.8, 2.0])
+def test_short_rests_are_told_or_refused_and_long_ones_pass(tmp_path, rest_s):
+    one = take(np.random.default_rng(2), bundled_swing(), rests_s=(rest_s, rest_s))
+    try:
+        said = [line for hand in hands(tmp_path, one) for line in hand.warnings]
+    except InputError as refused:
+        said = [f"refused: {refused}"]
+    about = [line for line in said if re.search(r"^refused: .*hold the phone still|s only: hold still", line)]
+    assert bool(about) is (rest_s < 0.5), said
 
 
 def test_a_gap_amid_the_motion_is_refused(tmp_path):

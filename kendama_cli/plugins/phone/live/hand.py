@@ -64,7 +64,10 @@ class PhoneHand:
             self._rows.append(one)
             while one.t_s - self._rows[0].t_s > LONGEST_S:
                 self._rows.popleft()
+            rested = self._track.state != "moving"
             moved = self._track.take(one)
+            if moved and rested:
+                self._try = []  # what was not asked for is another motion's
             if moved:
                 places += moved
                 held, self._last = True, moved[-1][1:]
@@ -87,13 +90,14 @@ class PhoneHand:
         ``capture=phone`` would refuse the recording.
         """
         name = "the phone's swing"
-        if self._track.state == "moving" or len(self._try) < 2:
+        samples, self._try = self._try, []  # while a thread works on it the phone may move again
+        if len(samples) < 2:
             raise InputError(name, "the phone was not still at its end", remedy=HOLD)
-        t_s = np.array([one.t_s for one in self._try]) - self._try[0].t_s
+        t_s = np.array([one.t_s for one in samples]) - samples[0].t_s
         even = even_times(t_s)
         t_s = t_s if even is None else even
-        force = Signal(name, t_s, np.array([one.force_m_s2 for one in self._try]), "m")
-        rate = Signal(name, t_s, np.array([one.rate_rad_s for one in self._try]), "rad")
+        force = Signal(name, t_s, np.array([one.force_m_s2 for one in samples]), "m")
+        rate = Signal(name, t_s, np.array([one.rate_rad_s for one in samples]), "rad")
         whole = reconstructed_from(name, name, on_one_clock(name, force, rate, MAX_GAP_S))
         for motion in whole.motions:
             check_motion(name, motion.evidence)
