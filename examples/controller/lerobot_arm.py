@@ -80,8 +80,7 @@ class LeRobotArm:
 
     def read(self) -> None:
         """Measure angles, and velocities from their differences."""
-        seen, now_s = self.robot.get_observation(), time.monotonic()
-        at_rad = self._angles(seen)
+        at_rad, now_s = self._angles(self.robot.get_observation()), time.monotonic()
         self.moved_rad_s, self.at_rad, self.at_s = (at_rad - self.at_rad) / (now_s - self.at_s), at_rad, now_s
 
     def check(self) -> None:
@@ -116,11 +115,13 @@ class LeRobotArm:
             self.send(self.sent_rad + slower * self.about.period_s, slower)
 
     def approach(self, target_rad: Any) -> bool:
-        """Go on for a period, in a straight line of joint space; return True when all of it is sent."""
+        """Go on for a period, slowly in a straight line of joint space; return True when all of it is sent."""
         way_rad, period_s, most = np.subtract(target_rad, self.sent_rad), self.about.period_s, self.about.approach_rad_s
-        gap, gain = max(np.abs(way_rad).max(), 1e-12), most / RAMP_S
-        speed = min(most, np.abs(self.velocity_rad_s).max() + gain * period_s, math.sqrt(2 * gain * gap))
-        share = min(speed * period_s / gap, 1.0)
+        fast, gap, gain = np.abs(self.velocity_rad_s).max(), max(np.abs(way_rad).max(), 1e-12), most / RAMP_S
+        if fast > 1.01 * most:  # it was stopped in a swing
+            self.brake()
+            return False
+        share = min(min(most, fast + gain * period_s, math.sqrt(2 * gain * gap)) * period_s / gap, 1.0)
         self.send(self.sent_rad + share * way_rad, share * way_rad / period_s if share < 1 else 0.0)
         return share >= 1
 

@@ -122,9 +122,12 @@ def test_an_arm_goes_to_rest_before_it_is_let_go(lerobot_arm: ModuleType) -> Non
     robot = FakeRobot()
     arm = lerobot_arm.LeRobotArm(robot, two_joints(lerobot_arm))
     arm.connect()
+    arm.send((0.0, 0.1), (0.0, 4.0))  # in a swing, faster than it approaches
     arm.let_go()
     assert robot.sent[-1]["b.pos"] == pytest.approx(-20.0)
-    assert np.abs(np.diff([one["b.pos"] for one in robot.sent])).max() <= 2.0 * PERIOD_S / 0.02 + 1e-9
+    steps_rad = np.diff([0.02 * one["b.pos"] for one in robot.sent[1:]])
+    assert steps_rad[:5] == pytest.approx(np.array([3.6, 3.2, 2.8, 2.4, 2.0]) * PERIOD_S)  # 20 rad/s^2
+    assert np.abs(steps_rad[5:]).max() <= 2.0 * PERIOD_S + 1e-9
     assert not robot.is_connected
 
 
@@ -194,13 +197,16 @@ def free_port() -> int:
 
 
 @contextmanager
-def controlled(python: str, text: str, folder: Path) -> Iterator[SimpleNamespace]:
-    """The example as a process, for the arm of a YAML's text; ``said`` is why it ended before it listened."""
+def controlled(python: str, text: str, folder: Path, tries: int = 5) -> Iterator[SimpleNamespace]:
+    """The example as a process, for the arm of a YAML's text; ``said`` is why it ended before it listened.
+
+    LeRobot asks each servo once while it connects: on a busy machine an answer may be too late, so it is tried again.
+    """
     (folder / "arm.yaml").write_text(text)
     port, key = free_port(), key_file(folder)
     words = [python, str(EXAMPLES / "lerobot_arm.py"), str(folder / "arm.yaml"), str(key), str(port)]
     settings = plain("hardware", "command") | {"host": LOOPBACK, "port": port, "key_file": str(key)}
-    for _ in range(5):
+    for _ in range(tries):
         with subprocess.Popen(
             words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL
         ) as process:
@@ -214,8 +220,6 @@ def controlled(python: str, text: str, folder: Path) -> Iterator[SimpleNamespace
                 said = process.stderr.read().decode()
             finally:
                 process.kill()
-        if "no status packet" not in said and "motor list" not in said:  # each is read once: a busy machine is too late
-            break
     yield SimpleNamespace(said=said)
 
 
@@ -305,7 +309,7 @@ def test_an_so101_whose_line_falls_silent_is_a_stop(servos: SimpleNamespace, tmp
 def test_an_arm_that_cannot_be_opened_says_why_in_a_line(
     spoilt: tuple[str, str], says: str, servos: SimpleNamespace, tmp_path: Path
 ) -> None:
-    with controlled(servos.python, servos.text.replace(*spoilt), tmp_path) as refused:
+    with controlled(servos.python, servos.text.replace(*spoilt), tmp_path, tries=1) as refused:
         assert says in refused.said
         assert "Traceback" not in refused.said
 
