@@ -5,7 +5,7 @@ model ('kendama robot urdf'), a placement ('kendama robot place'), and one run o
 A draw is a seed from ``FIRST`` on, of the twin's rope and drag, which are sampled from 'hard'. Nothing of them, nor of
 the servos, is known to the run. The seed of all runs is ``FIRST``, so that an arm adapts the swing once; the encoders
 have noise. ``FOLDER/rows.csv`` gains a row a draw; draws that stand there are not played again. The table that is
-printed has 95 % intervals (Wilson).
+printed has 95 % intervals (Clopper-Pearson).
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def main() -> None:
     for arm in ARMS:
         at = [float(one["caught_at"] or "inf") for one in rows if one["arm"] == arm]
         caught = sum(one <= THIRD for one in at)
-        low, high = binomtest(caught, len(at)).proportion_ci(method="wilson")
+        low, high = binomtest(caught, len(at)).proportion_ci()
         sys.stdout.write(f"{arm}: {caught} of {len(at)} [{low:.2f}, {high:.2f}]; rollouts {at}\n")
 
 
