@@ -51,8 +51,8 @@ def place(site: Site, pipeline: str, overrides: list[str], options: PlaceOptions
     plan = scaled_plan(made.artifact, adapt.swing_scale, adapt.tau_start)
     robot = resolve_files(settings["robot"], "robot", site.data_roots)
     game, lead_in = settings["game"], adapt.lead_in_m_s2
-    games = any("learn" in stage.config for stage in load_pipeline(pipeline, site.pipeline_folders).stages)
-    kept = adapt.line if options.line or games else None  # a ball is measured and caught on the line
+    games = any(stage.name == "learn" for stage in load_pipeline(pipeline, site.pipeline_folders).stages)
+    kept = adapt.line if options.line or games else None  # on which a policy swings up and catches
 
     def show_progress(done: int, total: int, cost: float) -> None:
         render.note(f"place: {done}/{total}, {'nothing reaches yet' if cost >= 1e1 else f'peak {cost:.3f}'}")

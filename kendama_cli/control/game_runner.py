@@ -26,7 +26,7 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.task_settings import LimitedWorkspace
 from kendama_cli.motion.braking import BRAKING_SHARE, BrakingLimiter
 from kendama_cli.robot_model.model import RobotModel
-from kendama_cli.robot_model.placement.placement import CupLine, cup_line
+from kendama_cli.robot_model.placement.placement import CupLine
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.placement import Placement, placed
 from kendama_cli.settings.robot import RobotSettings
@@ -131,14 +131,17 @@ class GameSetup:
 class GameBuilder:
     """Builder of a game: solves the cup's line for the arm, then wires the game on a robot that has been opened.
 
-    ``arm`` is the model of the robot. Raises StageError if the arm cannot follow the line.
+    ``arm`` is the model of the robot. Raises StageError if the arm cannot follow the line on which it ``swings`` up; an
+    imitation alone needs but its middle.
     """
 
-    def __init__(self, setup: GameSetup) -> None:
+    def __init__(self, setup: GameSetup, *, swings: bool = True) -> None:
         self._setup = setup
         half_width_m = max(setup.learn.workspace.half_width_m, setup.transfer.catch.half_width_m)
-        self._line = cup_line(setup.robot, setup.game, half_width_m)
         self.arm = RobotModel(setup.robot, setup.game.cup, setup.game.gravity_m_s2)
+        self._line = CupLine(self.arm, half_width_m)
+        if swings:
+            _ = self._line.curve
 
     @contextmanager
     def open(self, robot: Robot, *, seed: int) -> Iterator[GameRunner]:

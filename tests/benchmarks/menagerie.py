@@ -52,9 +52,8 @@ def placed(checkout: Path, folder: Path, arm: str) -> str:
     if not (folder / f"conf/robot/{arm}.yaml").exists():
         command(folder, "robot", "urdf", model, "-o", f"{arm}.urdf")
         given = [f"robot.velocity_rad_s={speeds}".replace(" ", ""), *([OTHERS[arm]] if arm in OTHERS else [])]
-        command(
-            folder, "robot", "place", "robot=urdf", f"robot.path={arm}.urdf", *given, "-o", f"conf/robot/{arm}.yaml"
-        )
+        given = ["robot=urdf", f"robot.path={arm}.urdf", *given, "-o", f"conf/robot/{arm}.yaml"]
+        command(folder, "robot", "place", "-p", "perform", *given)
     return model
 
 

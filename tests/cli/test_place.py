@@ -52,12 +52,13 @@ def test_the_node_that_is_written_is_the_placement_that_is_shown(tmp_path: Path)
 
 
 @pytest.mark.slow
-def test_a_pipeline_that_plays_on_a_robot_is_placed_with_its_line(tmp_path: Path) -> None:
-    one, other = (
+def test_a_pipeline_that_learns_a_swing_up_is_placed_with_its_line(tmp_path: Path) -> None:
+    imitated, performed, played, lined = (
         json.loads(kendama(tmp_path, "robot", "place", *words, ONE, *BRIEF, "--json").stdout)["placement"]
-        for words in (["-p", "perform"], ["--line"])
+        for words in ([], ["-p", "perform"], ["-p", "kendama"], ["--line"])
     )
-    assert one == other
+    assert imitated == performed
+    assert played == lined != imitated
 
 
 def test_the_table_names_every_joint_and_marks_who_leads(tmp_path: Path) -> None:

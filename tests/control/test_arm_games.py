@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,6 +19,7 @@ from kendama_cli.control.open_observer import CameraSetup
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.rebuilt import RebuiltRobot
 from kendama_cli.devices.robot.simulated import SimulatedRobot
+from kendama_cli.errors import StageError
 from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.stages.learn.stage import Learn
@@ -81,3 +83,13 @@ def test_most_games_on_other_bodies_are_caught(
 ) -> None:
     node = nodes(tmp_path, f"hardware={twin}", f"lighting={lighting}")
     assert caught(node, policies, 12, 2000, nominal=False) >= 10
+
+
+def test_an_imitation_alone_needs_no_line_that_a_swing_up_would_need(tmp_path: Path) -> None:
+    node = nodes(tmp_path)
+    wide = dataclasses.replace(node["transfer"], catch=dataclasses.replace(node["transfer"].catch, half_width_m=3.0))
+    cameras = CameraSetup(node["camera"], node["lighting"], node["predict"])
+    setup = GameSetup(node["robot"], node["game"], node["learn"], wide, cameras)
+    with pytest.raises(StageError, match="cannot hold the cup upright"):
+        GameBuilder(setup)
+    GameBuilder(setup, swings=False)

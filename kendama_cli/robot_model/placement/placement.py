@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -37,16 +38,20 @@ class CupLine:
     """
 
     def __init__(self, arm: RobotModel, half_width_m: float) -> None:
-        count = math.ceil(half_width_m / LINE_STEP_M) + 1
         self.half_width_m = half_width_m
         self.home_rad = arm.home_rad
         self.home_m = arm.tool_position_m(arm.home_rad)
         self._arm = arm
+
+    @functools.cached_property
+    def curve(self) -> EvenSpline:
+        """Joint angles over x; solved when first asked for. Raises StageError where the arm cannot follow the line."""
+        arm = self._arm
+        count = math.ceil(self.half_width_m / LINE_STEP_M) + 1
         out = LINE_STEP_M * np.arange(count + 1)[:, None] * np.array([1.0, 0.0, 0.0])
         right = follow_path(arm, self.home_m + out, arm.home_rad)
         left = follow_path(arm, self.home_m - out, arm.home_rad)
-        self._table = np.vstack([left[:0:-1], right])
-        self.curve = EvenSpline(-LINE_STEP_M * count, LINE_STEP_M, self._table)
+        return EvenSpline(-LINE_STEP_M * count, LINE_STEP_M, np.vstack([left[:0:-1], right]))
 
     def at(self, x_m: float, velocity_m_s: float, acceleration_m_s2: float) -> JointPoint:
         """Return the joints with the cup at ``x_m`` from home, moving with the given velocity and acceleration along
@@ -65,7 +70,9 @@ class CupLine:
 
 def cup_line(robot: RobotSettings, game: GameSettings, half_width_m: float) -> CupLine:
     """Return the line of +-``half_width_m`` along x for this arm; raises StageError if the arm cannot follow it."""
-    return CupLine(RobotModel(robot, game.cup, game.gravity_m_s2), half_width_m)
+    line = CupLine(RobotModel(robot, game.cup, game.gravity_m_s2), half_width_m)
+    _ = line.curve
+    return line
 
 
 def joint_trajectory(arm: RobotModel, t_s: Array, cup_m: Array) -> JointTrajectory:

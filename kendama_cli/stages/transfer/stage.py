@@ -82,7 +82,7 @@ class Transfer:
         saved = ctx.restore()
         progress = Progress.resumed(saved, policy, learn, settings, ctx.rng("transfer"))
         setup = self._setup if motion is None else self._setup.placed_at(motion.placement)
-        builder = GameBuilder(setup)
+        builder = GameBuilder(setup, swings=policy is not None)
         held: tuple[str, ...] = ()
         aims = None
         if motion is not None:
