@@ -194,7 +194,7 @@ def test_a_damaged_log_is_named(explorations, tmp_path):
 
 def test_where_runs_differ_in_a_setting_the_values_of_each_are_told(tmp_path):
     runs = []
-    for task in ("hard", "paper_caught"):
+    for task in ("hard", "paper"):
         log = memory_log()
         settings = {"smooth": {"task": task, "width": 3}}
         log.finish(tmp_path / f"{task}.mcap", stage="smooth", settings=settings, metrics={"n_kept": 1})

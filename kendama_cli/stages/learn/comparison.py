@@ -52,8 +52,8 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
             lettered(
                 frozen,
                 [
-                    "Fraction of noisy rollouts of each frozen policy that end in the cup, seeds from the worst to the"
-                    " best: a flat line at 100 % is a reliable method.",
+                    "Fraction of noisy rollouts of each frozen policy that end in the cup by noisy sight, seeds from the"
+                    " worst to the best: a flat line at 100 % is a reliable method.",
                     "Half-swings that the frozen policy needs (median of its successes), by seed: fewer are better.",
                     "Time to the release of the frozen policy (median of its successes), by seed. Dashed: the soonest"
                     " that a search without noise found.",
@@ -79,6 +79,7 @@ def _rewards(groups: Sequence[Group]) -> Panel | None:
                 matrix = np.array([_carried_on(reward, shown) for reward in found])
                 index, matrix = _even_steps(matrix) if shown > _LONG else (np.arange(1.0, shown + 1), matrix)
                 if (band := interquartile_interval(matrix)) is not None:
+                    band = np.clip(band, matrix.min(), matrix.max())  # Student's t knows no bounds of the reward
                     axes.fill_between(index, *band, color=colour, alpha=0.16, lw=0, label=f"_{group.legend}, 95 %")
                 axes.plot(index, interquartile_mean(matrix), color=colour, lw=1.5, label=group.legend)
         axes.set_xlabel("rollout")
@@ -152,7 +153,7 @@ def _learned(groups: Sequence[Group]) -> Panel | None:
 
 
 def _frozen(groups: Sequence[Group]) -> Panel | None:
-    found = [np.sort(group.figures("frozen_caught_rate")) for group in groups]
+    found = [np.sort(group.figures("frozen_visual_caught_rate")) for group in groups]
     if not any(len(rates) for rates in found):
         return None
     with drawing("sweep-frozen", "Catches of the frozen policies", height_in=2.6, width_in=3.4) as made:

@@ -37,7 +37,14 @@ def learning_tables(runs: Ensemble) -> str:
         rows = [_compared(group, reference) for group in others]
         title = f"Against {reference.label}"
         parts.append(grid(names, rows, name="learn-ratios", title=title))
-    head = [runs.differs or "", "caught", "worst seed", "half-swings", "time to release"]
+    head = [
+        runs.differs or "",
+        "caught by noisy sight",
+        "worst seed",
+        "caught, true ball known",
+        "half-swings",
+        "time to release",
+    ]
     head += ["soonest found by search", "peak displacement"]
     parts.append(grid(head, [_quality(group) for group in groups], name="learn-frozen", title="The frozen policies"))
     return "".join(parts)
@@ -89,8 +96,8 @@ def _unsolved(group: Group, differs: str) -> str:
 
 
 def _quality(group: Group) -> list[Cell]:
-    caught = group.figures("frozen_caught_rate")
-    rates = ((member.figure("frozen_caught_rate"), member.seed) for member in group.members)
+    caught, known = group.figures("frozen_visual_caught_rate"), group.figures("frozen_caught_rate")
+    rates = ((member.figure("frozen_visual_caught_rate"), member.seed) for member in group.members)
     worst = min(((rate, seed) for rate, seed in rates if rate is not None), default=None)
     soonest, peak = group.figures("best_found_s"), group.figures("peak_displacement_m")
     medians = {name: _median(group.figures(name)) for name in ("half_swings", "time_to_goal_s")}
@@ -98,6 +105,7 @@ def _quality(group: Group) -> list[Cell]:
         group.cell(),
         percent(float(caught.mean()), between=rate_interval(caught), digits=1) if len(caught) else EMPTY,
         EMPTY if worst is None else percent(worst[0], f"seed {worst[1]}" if worst[1] else ""),
+        percent(float(known.mean()), between=rate_interval(known), digits=1) if len(known) else EMPTY,
         _cell(medians["half_swings"]),
         _cell(medians["time_to_goal_s"], "s"),
         _cell(_median(soonest), "s"),
