@@ -52,8 +52,8 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
             lettered(
                 frozen,
                 [
-                    "Fraction of noisy rollouts of each frozen policy that end in the cup by noisy sight, seeds from the"
-                    " worst to the best: a flat line at 100 % is a reliable method.",
+                    "Fraction of noisy rollouts of each frozen policy that end in the cup by noisy sight, seeds from"
+                    " the worst to the best: a flat line at 100 % is a reliable method.",
                     "Half-swings that the frozen policy needs (median of its successes), by seed: fewer are better.",
                     "Time to the release of the frozen policy (median of its successes), by seed. Dashed: the soonest"
                     " that a search without noise found.",
