@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from math import hypot, inf
@@ -10,10 +9,19 @@ from typing import Protocol
 
 import numpy as np
 
+from kendama_cli.adaptation.perturbation import (
+    BALL_START,
+    FACTORS,
+    LABORATORY,
+    LABORATORY_FACTORS,
+    LaboratoryFactors,
+    Perturbation,
+    sampled,
+)
 from kendama_cli.adaptation.settings import UncertaintySettings
 from kendama_cli.physics.rim_crossing import SLACK_S
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm_errors import NO_ERRORS, ArmErrors, WorldErrors
+from kendama_cli.simulation.dart.arm_errors import NO_ERRORS
 
 
 @dataclass(frozen=True)
@@ -101,24 +109,6 @@ BLOCK = 4
 MAX_BLOCKS = 3
 """Blocks in which the best candidates are evaluated."""
 
-FACTORS, BALL_START = 9, 1
-"""Number of the factors that are sampled, and which of them is new in each rollout of one arm and kendama."""
-
-
-@dataclass(frozen=True)
-class Perturbation:
-    """Errors of one simulation and of the arm in it, and the noise of what is measured there.
-
-    ``joint_noise_rad`` is the standard deviation of the angles read, sampled from ``rng``; ``sensor_seed`` is the
-    seed of the sensor model.
-    """
-
-    world: WorldErrors
-    arm: ArmErrors | None
-    sensor_seed: int
-    joint_noise_rad: float = 0.0
-    rng: np.random.Generator | None = None
-
 
 @dataclass(frozen=True)
 class PerturbedSimulations:
@@ -181,37 +171,14 @@ class PerturbedSimulations:
 
     def _sampled(self, factors: Array, sensor_seed: int, rng: np.random.Generator) -> Perturbation:
         """Return the perturbation with every quantity at its fraction ``factors`` (FACTORS,) of the declared range."""
+        fresh = held = np.random.default_rng([sensor_seed, LABORATORY]).random(LABORATORY_FACTORS)
         if self.held:
             start = factors[BALL_START]
             factors = np.random.default_rng([self.seeds[0], 2]).random(FACTORS)
             factors[BALL_START] = start
-        uncertainty = self.uncertainty
-        rope, ball, mass = 2 * factors[:3] - 1
-        drag, friction, restitution, lag, frequency, phase = factors[3:]
-        world = WorldErrors(
-            rope_scale=float(1 + rope * uncertainty.rope_m / self.rope_m),
-            ball_start_m=float(ball * uncertainty.ball_start_m),
-            joint_friction_nm=float(friction * uncertainty.joint_friction_nm),
-            joint_friction_fraction=uncertainty.joint_friction_fraction,
-            restitution=_between(uncertainty.restitution, restitution),
-            mass_scale=float(1 + mass * uncertainty.mass_fraction),
-            drag_scale=_log_between(uncertainty.drag_scale, drag),
-        )
-        arm = ArmErrors(
-            lag_s=_between(uncertainty.lag_s, lag),
-            cup_error_m=uncertainty.cup_error_m,
-            cup_error_hz=_log_between(uncertainty.cup_error_hz, frequency),
-            cup_error_phase_rad=float(2 * math.pi * phase),
-        )
-        return Perturbation(world, arm, sensor_seed, uncertainty.joint_noise_rad, rng)
-
-
-def _between(limits: tuple[float, float], fraction: float) -> float:
-    return float(limits[0] + fraction * (limits[1] - limits[0]))
-
-
-def _log_between(limits: tuple[float, float], fraction: float) -> float:
-    return float(limits[0] * (limits[1] / limits[0]) ** fraction)
+            held = np.random.default_rng([self.seeds[0], 3]).random(LABORATORY_FACTORS)
+        laboratory = LaboratoryFactors.of(held, fresh)
+        return sampled(self.uncertainty, self.rope_m, factors, laboratory, sensor_seed=sensor_seed, rng=rng)
 
 
 @dataclass(frozen=True)

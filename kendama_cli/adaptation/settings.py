@@ -15,8 +15,8 @@ from kendama_cli.vision.settings import MotionSettings, OnsetSettings
 class UncertaintySettings:
     """Uncertainty of kendama and arm: sampled for every rollout that evaluates a motion, mostly uniformly.
 
-    The cup's error is a sine along x of the world, of a random phase and a frequency sampled on a logarithmic scale. It
-    stands for calibration, compliance and vibration, which unlike noise do not average out.
+    The cup's error is a sine along x of the world, and one along y, each of a random phase and a frequency sampled on a
+    logarithmic scale. It stands for calibration, compliance and vibration, which unlike noise do not average out.
     """
 
     name: str = setting("Name of these uncertainties in reports.")
@@ -27,11 +27,22 @@ class UncertaintySettings:
     mass_fraction: float = setting(
         "The ball's mass differs from the model by up to this fraction, either way.", at_least=0, below=1
     )
+    ball_start_y_m: float = setting(
+        "The ball starts up to this far from under the cup along y, across the swing, either way [m].", at_least=0
+    )
+    gravity_tilt_rad: float = setting(
+        "Gravity leans along y by up to this, either way, as on a table that is not level [rad].", at_least=0, below=0.5
+    )
     drag_scale: tuple[float, float] = setting(
         "Minimum and maximum factor on the air drag, sampled on a logarithmic scale.", above=0
     )
     restitution: tuple[float, float] = setting(
         "Minimum and maximum coefficient of restitution between ball and cup; 1 loses no energy.", at_least=0, at_most=1
+    )
+    rotor_scale: tuple[float, float] = setting(
+        "Minimum and maximum factor on the rotors' inertia of the last three joints, which the ball strikes through "
+        "the cup, sampled on a logarithmic scale.",
+        above=0,
     )
     lag_s: tuple[float, float] = setting(
         "Minimum and maximum time constant of the first-order lag between the arm and its reference [s].", at_least=0
@@ -41,8 +52,42 @@ class UncertaintySettings:
         "compliance and vibration.",
         at_least=0,
     )
+    cup_error_y_m: float = setting("Amplitude of such an error along y [m].", at_least=0)
     cup_error_hz: tuple[float, float] = setting(
-        "Minimum and maximum frequency of the cup's position error, sampled on a logarithmic scale [Hz].", above=0
+        "Minimum and maximum frequency of the cup's position errors, sampled on a logarithmic scale [Hz].", above=0
+    )
+    cup_error_phase_change: float = setting(
+        "With adapt.simulations=held, the phases of the cup's errors change from rollout to rollout by up to this "
+        "fraction of a turn. 1 samples them anew.",
+        at_least=0,
+        at_most=1,
+    )
+    resonance_hz: tuple[float, float] = setting(
+        "Minimum and maximum frequency at which the links swing on elastic joints, which the encoders do not measure "
+        "[Hz]. 0 stands for rigid joints.",
+        at_least=0,
+    )
+    resonance_damping: float = setting("Damping ratio of that swing.", above=0, below=1)
+    lost_commands: float = setting(
+        "Fraction of the commands, one every 4 ms, that do not reach the arm. It holds the last position instead.",
+        at_least=0,
+        below=0.5,
+    )
+    lost_burst: float = setting("Mean number of commands that are lost in a row.", at_least=1)
+    image_latency_s: tuple[float, float] = setting(
+        "Minimum and maximum delay of the images that their stamps do not contain, constant in a perturbed simulation "
+        "[s].",
+        at_least=0,
+    )
+    repeated_images: float = setting("Fraction of the images that show the previous image again.", at_least=0, below=1)
+    repeated_stamp_s: float = setting(
+        "A repeated image has a stamp this long after that of the image that it repeats [s].", at_least=0
+    )
+    wrong_detections: float = setting(
+        "Fraction of the images in which the ball is detected at a wrong position.", at_least=0, below=1
+    )
+    wrong_detection_m: float = setting(
+        "Distance of a wrong position from the ball, in a random direction [m].", at_least=0
     )
     joint_noise_rad: float = setting(
         "Standard deviation of the noise on every reading of a joint angle [rad].", at_least=0
@@ -62,7 +107,8 @@ class UncertaintySettings:
     )
 
     def __post_init__(self) -> None:
-        for name in ("drag_scale", "restitution", "lag_s", "cup_error_hz"):
+        ranges = "drag_scale", "restitution", "lag_s", "cup_error_hz", "rotor_scale", "resonance_hz", "image_latency_s"
+        for name in ranges:
             low, high = getattr(self, name)
             if low > high:
                 raise ConfigError(name, f"'{name}' is {[low, high]}; allowed: minimum, then maximum")
@@ -116,6 +162,15 @@ class CorrectionSettings:
         "The correction no longer changes during this time before the catch [s].", above=0
     )
     braking_m_s2: float = setting("After the catch the correction brakes with this deceleration [m/s^2].", above=0)
+    contact_speed_m_s: float = setting(
+        "The cup moves down with this speed when it meets the ball, from a height that it reaches before [m/s]. 0 "
+        "keeps the planned height.",
+        at_least=0,
+        at_most=1,
+    )
+    contact_braking_m_s2: float = setting(
+        "After the catch the downward motion brakes with this deceleration [m/s^2].", above=0
+    )
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kendama_cli.control.contact_lift import ContactLift
 from kendama_cli.control.cup_cart import CupCart, CupTilt
 from kendama_cli.control.flight_observer import CatchPrediction
 from kendama_cli.control.interception import InterceptionPlan, plan_interception
@@ -93,7 +94,8 @@ class TiltPlan:
     def __init__(self, catch: CatchSettings, period_s: float) -> None:
         self._catch, self._period_s = catch, period_s
         self._tilt, self._lift = [0.0, 0.0], [0.0, 0.0]
-        self._kept = (0.0, 0.0)  # where nothing was planned in time, the cup stays as it is
+        self._turning = 0.0  # where nothing was planned in time, the cup stays as it is
+        self._contact = ContactLift(catch, period_s)
 
     @property
     def flat(self) -> bool:
@@ -110,18 +112,13 @@ class TiltPlan:
         catch, h = self._catch, self._period_s
         tilt, rate = self._tilt
         lift, rise = self._lift
+        rising = self._contact.acceleration_m_s2(lift, rise, t_s, end_s)
         if end_s - t_s > catch.freeze_before_catch_s:
-            turning = _planned(tilt_rad - tilt, rate, 0.0, span=(t_s, end_s), limit=TILT_LIMIT_RAD_S2, h=h)
-            rising = _planned(
-                -lift, rise, -catch.contact_speed_m_s, span=(t_s, end_s), limit=catch.acceleration_m_s2, h=h
-            )
-            self._kept = turning, rising
-        elif t_s < end_s:
-            turning, rising = self._kept
-        else:
+            self._turning = _planned(tilt_rad - tilt, rate, 0.0, span=(t_s, end_s), limit=TILT_LIMIT_RAD_S2, h=h)
+        turning = self._turning
+        if t_s >= end_s:
             end_s = max(end_s + UPRIGHT_AFTER_S, t_s + 4 * h)
             turning = _planned(-tilt, rate, 0.0, span=(t_s, end_s), limit=TILT_LIMIT_RAD_S2, h=h)
-            rising = min(max(-rise / h, -catch.contact_braking_m_s2), catch.contact_braking_m_s2)
         self._tilt = [tilt + (rate + 0.5 * turning * h) * h, rate + turning * h]
         self._lift = [lift + (rise + 0.5 * rising * h) * h, rise + rising * h]
         return CupTilt(*self._lift, *self._tilt)

@@ -10,6 +10,7 @@ import numpy as np
 from kendama_cli.adaptation.settings import CorrectionSettings
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.artifacts.motion_plan import JointTrajectory
+from kendama_cli.control.contact_lift import ContactLift
 from kendama_cli.control.interception import InterceptionPlan, plan_interception
 from kendama_cli.control.lag import Lag
 from kendama_cli.devices.robot.interface import JointCommand
@@ -102,13 +103,16 @@ class CupPlan:
         return position, one.task_speed[:3] + part * (two.task_speed[:3] - one.task_speed[:3])
 
 
+_Tried = tuple[JointCommand, bool, Array, Array, tuple[float, float]]
+
+
 class CorrectedMotion:
     """Commands for the samples of a ``plan``, and beside them once a catch is foreseen.
 
     The cup's shift along x and y is the cubic of plan_interception, planned anew in every period, that brings the cup
     to the ball at the catch, less the drive's lag, with the ball's own speed as far as the limits
-    allow. It never leaves a circle of ``settings.max_shift_m`` about the plan: the cup brakes in time. Every command
-    keeps to the joints' limits as far as braking does: the acceleration of the shift is reduced.
+    allow. It never leaves a circle of ``settings.max_shift_m`` about the plan: the cup brakes in time. Its height is
+    that of ContactLift. Every command keeps to the joints' limits as far as braking does: accelerations are reduced.
 
     No ball is followed before ``from_s``, counted from the motion's start.
     """
@@ -120,6 +124,8 @@ class CorrectedMotion:
         self._index = 0
         self._last = JointCommand(motion.position_rad[0], motion.velocity_rad_s[0], motion.acceleration_rad_s2[0])
         self._shift_m, self._speed_m_s = np.zeros(2), np.zeros(2)
+        self._lift = (0.0, 0.0)  # height over the plan and its rate
+        self._contact = ContactLift(settings, plan.period_s)
         self.catch_shift_m = self.max_shift_m = 0.0
         self._pose: CatchPose | None = None
         self._catch_s = math.inf
@@ -173,12 +179,14 @@ class CorrectedMotion:
         elif self._speed_m_s.any() or not self.over or self._last.velocity_rad_s.any():
             h, settings = self._plan.period_s, self._settings
             desired = bounded(self._acceleration_m_s2(self._pose), self._shift_m, self._speed_m_s, h, settings)
+            rising = self._contact.acceleration_m_s2(*self._lift, (self._index - 1) * h, self._catch_s)
             stopping = shortened(-self._speed_m_s / h, settings.acceleration_m_s2)
-            for tried in (*(fraction * desired for fraction in FRACTIONS), stopping):
-                made = self._with_acceleration(tried, k)
+            falling = min(max(-self._lift[1] / h, -settings.acceleration_m_s2), settings.acceleration_m_s2)
+            for tried in (*((part * desired, part * rising) for part in FRACTIONS), (stopping, falling)):
+                made = self._with_acceleration(*tried, k)
                 if made[1]:
                     break
-            self._last, _, self._shift_m, speed_m_s = made
+            self._last, _, self._shift_m, speed_m_s, self._lift = made
             self._speed_m_s = np.where(np.abs(speed_m_s) < STILL_M_S, 0.0, speed_m_s)
             shift_m = float(np.linalg.norm(self._shift_m))
             self.max_shift_m = max(self.max_shift_m, shift_m)
@@ -240,25 +248,27 @@ class CorrectedMotion:
             s -= float(ball_m[2] - cup_m[2]) / closing
         return pose.t_s + s, pose.position_m + s * pose.velocity_m_s + 0.5 * s * s * down, pose.velocity_m_s + s * down
 
-    def _with_acceleration(self, acceleration_m_s2: Array, k: int) -> tuple[JointCommand, bool, Array, Array]:
-        """Return the command, True if the joints' limits allow it, and the shift and its velocity."""
-        h = self._plan.period_s
+    def _with_acceleration(self, acceleration_m_s2: Array, rising_m_s2: float, k: int) -> _Tried:
+        """Return the command, True if the joints' limits allow it, the shift and its velocity, and the lift."""
+        h, (lift, rise) = self._plan.period_s, self._lift
         shift = self._shift_m + h * (self._speed_m_s + 0.5 * h * acceleration_m_s2)
         rate = self._speed_m_s + h * acceleration_m_s2
-        return *_beside(self._plan, k, shift, rate, self._last), shift, rate
+        lifted = lift + h * (rise + 0.5 * h * rising_m_s2), rise + h * rising_m_s2
+        state = np.append(shift, lifted[0]), np.append(rate, lifted[1])
+        return *_beside(self._plan, k, *state, self._last), shift, rate, lifted
 
 
 def _beside(plan: CupPlan, k: int, shift_m: Array, rate_m_s: Array, last: JointCommand) -> tuple[JointCommand, bool]:
-    """Return the command after ``last`` with the cup ``shift_m`` (2,) beside sample ``k``; True if limits allow it."""
+    """Return the command after ``last`` with the cup ``shift_m`` (3,) beside sample ``k``; True if limits allow it."""
     arm, limits, h = plan.arm, plan.arm.limits, plan.period_s
     cup, planned_rad_s = plan.sample(k), plan.motion.velocity_rad_s[k]
     near = last.position_rad + h * last.velocity_rad_s
     value, task = arm.cup_task(near, cup.across)
     change = np.concatenate([cup.position_m - value[:3], value[3:]])
-    change[:2] += shift_m
+    change[:3] += shift_m
     most_rad = h * limits.velocity_rad_s  # a task that cannot be met asks for any step at all
     q = near + np.clip(weighted_step(task, change, arm.redundancy_weights), -most_rad, most_rad)
-    desired = cup.task_speed + np.concatenate([rate_m_s, np.zeros(3)])
+    desired = cup.task_speed + np.concatenate([rate_m_s, np.zeros(2)])
     speed = planned_rad_s + weighted_step(task, desired - task @ planned_rad_s, arm.redundancy_weights)
     bend = (speed - last.velocity_rad_s) / h
     inside = limits.allow(q, speed, bend)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -30,6 +31,8 @@ FRACTIONS = (0.25, 0.5, 0.75, 1.0)
 DIRECTIONS = 8
 EVERY_S = 0.02
 OUT_STEPS = 5
+LIFT_S = 4 / 27 * 0.6
+"""Height of a cubic that ends at zero in 0.6 s, longer than balls fly, over the speed that it ends with."""
 
 
 def follow_from_s(motion: CatchMotion) -> float:
@@ -75,8 +78,12 @@ class Surroundings:
         thin = thinning(joints.t_s, EVERY_S)
         t_s, planned = joints.t_s[::thin], joints.position_rad[::thin]
         first = min(int(np.searchsorted(t_s - t_s[0], from_s)), len(t_s) - 1)
-        for degrees in range(0, 360, 360 // DIRECTIONS):
-            side = shift_m * np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0.0])
+        correction = self.adapt.correction
+        speed_m_s, braking_m_s2 = correction.contact_speed_m_s, correction.contact_braking_m_s2
+        lifts_m = {-(speed_m_s**2) / (2 * braking_m_s2), LIFT_S * speed_m_s}
+        for degrees, lift_m in itertools.product(range(0, 360, 360 // DIRECTIONS), sorted(lifts_m)):
+            angle = np.radians(degrees)
+            side = np.array([shift_m * np.cos(angle), shift_m * np.sin(angle), lift_m])
             there, solved = _solved(self.arm, planned[first:], side)
             if not there.any():
                 continue

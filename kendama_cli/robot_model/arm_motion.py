@@ -18,6 +18,8 @@ KNOT_S = 0.004
 """Spacing of the solved postures; between them the spline is within 1e-7 rad."""
 SAMPLE_S = 0.001
 """Spacing of a planned motion's samples; the simulated world takes one in each of its steps."""
+CONTROL_S = 0.004
+"""Time between two commands, as on the twin."""
 
 
 class ArmMotion:

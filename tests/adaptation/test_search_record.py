@@ -7,11 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from kendama_cli.adaptation.perturbation import Perturbation
 from kendama_cli.adaptation.search_record import (
     BLOCK,
     MAX_BLOCKS,
     MotionVariation,
-    Perturbation,
     PerturbedSimulations,
     Trial,
 )
@@ -119,7 +119,7 @@ def test_nothing_is_perturbed_where_nothing_may_differ() -> None:
     assert simulations.undisturbed().world == WorldErrors()
 
 
-@pytest.mark.parametrize("name", ["drag_scale", "restitution", "lag_s", "cup_error_hz"])
+@pytest.mark.parametrize("name", ["drag_scale", "restitution", "lag_s", "cup_error_hz", "rotor_scale"])
 def test_a_range_the_wrong_way_round_is_refused(name: str) -> None:
     with pytest.raises(ConfigError, match=rf"'{name}' is \[0\.4, 0\.1\]; allowed: minimum, then maximum"):
         dataclasses.replace(_preset("hard"), **{name: (0.4, 0.1)})

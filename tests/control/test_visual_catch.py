@@ -6,8 +6,9 @@ import dataclasses
 import functools
 
 import numpy as np
+import pytest
 
-from kendama_cli.adaptation.search_record import Perturbation
+from kendama_cli.adaptation.perturbation import Perturbation
 from kendama_cli.control.visual_catch import VisualCatch
 from kendama_cli.simulation.dart.arm_errors import ArmErrors, WorldErrors
 from kendama_cli.simulation.dart.rollout import RolloutResult, play_rollout
@@ -20,16 +21,28 @@ HARSH = Perturbation(WorldErrors(rope_scale=1.005, drag_scale=2.0), ArmErrors(0.
 
 
 @functools.cache
-def rollout(*, seen: bool, max_sigma_m: float = ADAPT.correction.max_sigma_m) -> RolloutResult:
+def rollout(
+    *,
+    seen: bool,
+    max_sigma_m: float = ADAPT.correction.max_sigma_m,
+    contact_speed_m_s: float = 0.0,
+    lag_s: float = 0.03,
+) -> RolloutResult:
     """The swing in a harsh world."""
     made, world = swing(), ArmWorld(bench_arm(), kendama_game())
-    correction = dataclasses.replace(ADAPT.correction, max_sigma_m=max_sigma_m)
+    correction = dataclasses.replace(ADAPT.correction, max_sigma_m=max_sigma_m, contact_speed_m_s=contact_speed_m_s)
     rng = np.random.default_rng(10000)
     eyes = VisualCatch(
         made.arm, kendama_game(), made.joints, made.cup, sensor=ADAPT.sensor_model, correction=correction, rng=rng
     )
     world.perturb(HARSH.world)
-    return play_rollout(world, made.joints, errors=HARSH.arm, correction=eyes if seen else None, record=True)
+    return play_rollout(
+        world,
+        made.joints,
+        errors=dataclasses.replace(HARSH.arm, lag_s=lag_s),
+        correction=eyes if seen else None,
+        record=True,
+    )
 
 
 def test_what_the_plan_misses_far_is_caught_when_it_is_seen() -> None:
@@ -55,3 +68,25 @@ def test_before_the_rope_slackens_the_swing_is_the_planned_one() -> None:
     before = seen.trace.t_s < as_planned.flight_s[0] - 0.02
     assert before.sum() > 100
     assert (seen.trace.cup_m[before] == as_planned.trace.cup_m[before]).all()
+
+
+def test_a_cup_that_gives_is_on_its_plan_at_the_contact_moves_down_and_brakes() -> None:
+    """It ends lower by v^2 / 2 b."""
+    speed_m_s = 0.3
+    firm = rollout(seen=True, lag_s=0.0)
+    giving = rollout(seen=True, contact_speed_m_s=speed_m_s, lag_s=0.0)
+    assert giving.caught
+    assert firm.trace is not None
+    assert giving.trace is not None
+    assert giving.flight_s is not None
+    t_s = giving.trace.t_s
+    dense = t_s > giving.flight_s[0]
+    lift_m = np.interp(t_s[dense], giving.trace.t_s, giving.trace.cup_m[:, 2])
+    lift_m = lift_m - np.interp(t_s[dense], firm.trace.t_s, firm.trace.cup_m[:, 2])
+    contact = int(np.searchsorted(t_s[dense], giving.flight_s[1]))
+    fall_m_s = -np.gradient(lift_m, t_s[dense])[contact : contact + 40]
+    assert lift_m.max() > 0.008
+    assert fall_m_s.max() == pytest.approx(speed_m_s, abs=0.05)
+    assert lift_m[contact] == pytest.approx(0.0, abs=0.008)
+    braking_m_s2 = ADAPT.correction.contact_braking_m_s2
+    assert lift_m[-1] == pytest.approx(-(speed_m_s**2) / (2 * braking_m_s2), abs=0.002)

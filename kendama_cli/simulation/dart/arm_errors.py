@@ -10,9 +10,12 @@ from scipy.interpolate import CubicSpline
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.motion import minimum_jerk
+from kendama_cli.robot_model.arm_motion import CONTROL_S
 from kendama_cli.robot_model.inverse_kinematics import weighted_step
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
+from kendama_cli.simulation.dart.command_loss import CommandLoss
+from kendama_cli.simulation.dart.elastic_joints import ElasticJoints
 
 
 @dataclass(frozen=True)
@@ -25,7 +28,9 @@ class WorldErrors:
     of each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game;
     ``mass_scale`` and ``drag_scale`` are factors on the ball's mass and on the air's force; ``tie_friction_m`` is the
     moment of the rope's friction at its tie over its tension, ``gravity_tilt_rad`` how far gravity leans toward +x for
-    the ball; the arm's stiff drive would not show it (g sin 1 deg / Kp is 0.05 mm).
+    the ball; the arm's stiff drive would not show it (g sin 1 deg / Kp is 0.05 mm). ``ball_start_y_m`` and
+    ``gravity_tilt_y_rad`` are the same along y. ``wrist_rotor_scale`` is a factor on the rotors of the last
+    WRIST_JOINTS joints, of which the arm's drive knows.
     """
 
     rope_scale: float = 1.0
@@ -38,9 +43,13 @@ class WorldErrors:
     tie_friction_m: float = 0.0
     gravity_tilt_rad: float = 0.0
     rope_kg: float | None = None
+    ball_start_y_m: float = 0.0
+    gravity_tilt_y_rad: float = 0.0
+    wrist_rotor_scale: float = 1.0
 
 
 NO_ERRORS = WorldErrors()
+WRIST_JOINTS = 3
 
 
 KNOT_S = 0.02
@@ -54,12 +63,22 @@ class ArmErrors:
     """Errors of one arm against its model: a lag of first order, and a slow error of the cup along the world's x.
 
     e(t) = cup_error_m sin(2 pi cup_error_hz t + cup_error_phase_rad),   grown from nothing within ONSET_S
+
+    The cup errs along y in the same way. Its links swing behind their motors at ``resonance_hz`` (0: they are rigid),
+    and ``lost_commands`` of its commands are lost, ``lost_burst`` in a row (see elastic_joints and command_loss).
     """
 
     lag_s: float = 0.0
     cup_error_m: float = 0.0
     cup_error_hz: float = 1.0
     cup_error_phase_rad: float = 0.0
+    cup_error_y_m: float = 0.0
+    cup_error_y_hz: float = 1.0
+    cup_error_y_phase_rad: float = 0.0
+    resonance_hz: float = 0.0
+    resonance_damping: float = 0.05
+    lost_commands: float = 0.0
+    lost_burst: float = 1.0
 
 
 class ErringArm:
@@ -67,34 +86,62 @@ class ErringArm:
 
     The cup's error is carried to the joints along ``joints``: dq = J^+ e, the cup's tilt as it is. It is no command,
     so that the drive's limits do not bound it; the angles are read with an error by as much as makes the arm err by dq.
+    So it is with the swing of links on elastic joints, but for their encoders, which are on the motors.
     """
 
-    def __init__(self, arm: RobotModel, joints: JointTrajectory, errors: ArmErrors, step_s: float) -> None:
+    def __init__(
+        self,
+        arm: RobotModel,
+        joints: JointTrajectory,
+        errors: ArmErrors,
+        step_s: float,
+        rng: np.random.Generator | None = None,
+    ) -> None:
+        """Take the ``rng`` of whose child the lost commands are sampled."""
         start = joints.position_rad[0]
         rest = np.zeros_like(start)
         self._delay = DriveDelay((start, rest, rest, rest), latency_s=0.0, lag_s=errors.lag_s, step_s=step_s)
-        self._none = rest
-        self._reading_errors = _reading_errors(arm, joints, errors) if errors.cup_error_m > 0 else None
+        self._none, self._stiffness = rest, arm.settings.stiffness_1_s2
+        self._reading_errors: Array | None = None
+        self._links: ElasticJoints | None = None
+        self._loss: CommandLoss | None = None
+        if errors.cup_error_m > 0 or errors.cup_error_y_m > 0:
+            self._reading_errors = _deviating(*_joint_offsets(arm, joints, errors), self._stiffness)
+        if errors.resonance_hz > 0:
+            self._links = ElasticJoints(len(start), errors.resonance_hz, errors.resonance_damping, step_s)
+        if errors.lost_commands > 0 and rng is not None:
+            steps = round(CONTROL_S / step_s)
+            self._loss = CommandLoss(errors.lost_commands, errors.lost_burst, steps, rng.spawn(1)[0])
 
     def follows(self, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
         """Return the reference (n,) of positions, velocities and accelerations at the next sample."""
+        if self._loss is not None:
+            position, velocity, acceleration = self._loss.arrived(position, velocity, acceleration)
         position, velocity, acceleration, _ = self._delay.delayed((position, velocity, acceleration, self._none))
         return position, velocity, acceleration
 
-    def reading_error(self, step: int) -> Array:
-        """Return the reading error (n,) of the angles for the drive's controller before the sample ``step``."""
-        reading_error: Array = self._none if self._reading_errors is None else self._reading_errors[step - 1]
-        return reading_error
+    def reading_error(self, step: int, acceleration_rad_s2: Array) -> Array:
+        """Return the reading error (n,) of the angles for the drive's controller before the sample ``step``.
+
+        ``acceleration_rad_s2`` (n,) is that of the motors until then: it makes the links swing on.
+        """
+        reading: Array = self._none if self._reading_errors is None else self._reading_errors[step - 1]
+        if self._links is None:
+            return reading
+        return reading + _deviating(*self._links.swung(acceleration_rad_s2), self._stiffness)
+
+    def encoder_error(self, step: int) -> Array:
+        """Return the reading error (n,) of the encoders before the sample ``step``; they are on the motors."""
+        reading: Array = self._none if self._reading_errors is None else self._reading_errors[step - 1]
+        return reading if self._links is None else reading - self._links.deflection_rad
 
 
-def _reading_errors(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> Array:
-    """Return the reading errors (n, joints) by which computed torque deviates by dq from its reference.
+def _deviating(position: Array, speed: Array, change: Array, stiffness_1_s2: float) -> Array:
+    """Return the reading error by which computed torque deviates by dq from its reference; arrays of any one shape.
 
     dq'' + Kd dq' + Kp (dq + m) = 0,   m = -dq - (Kd dq' + dq'') / Kp,   Kd = 2 sqrt Kp
     """
-    position, speed, change = _joint_offsets(arm, joints, errors)
-    stiffness = arm.settings.stiffness_1_s2
-    return -position - (2 * math.sqrt(stiffness) * speed + change) / stiffness
+    return -position - (2 * math.sqrt(stiffness_1_s2) * speed + change) / stiffness_1_s2
 
 
 def _joint_offsets(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) -> tuple[Array, Array, Array]:
@@ -102,11 +149,14 @@ def _joint_offsets(arm: RobotModel, joints: JointTrajectory, errors: ArmErrors) 
     t_s = joints.t_s - joints.t_s[0]
     every = max(1, round(KNOT_S / float(t_s[1] - t_s[0])))
     knots = np.append(np.arange(0, len(t_s) - 1, every), len(t_s) - 1)
-    turned = 2 * math.pi * errors.cup_error_hz * t_s[knots] + errors.cup_error_phase_rad
-    error_m = errors.cup_error_m * minimum_jerk.step(t_s[knots] / ONSET_S) * np.sin(turned)
-    lateral = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    along = 2 * math.pi * errors.cup_error_hz * t_s[knots] + errors.cup_error_phase_rad
+    across = 2 * math.pi * errors.cup_error_y_hz * t_s[knots] + errors.cup_error_y_phase_rad
+    onset = minimum_jerk.step(t_s[knots] / ONSET_S)
+    error_m = np.zeros((len(knots), 6))
+    error_m[:, 0] = errors.cup_error_m * onset * np.sin(along)
+    error_m[:, 1] = errors.cup_error_y_m * onset * np.sin(across)
     offsets = [
-        weighted_step(arm.tool_jacobian(joints.position_rad[k]), e * lateral, arm.redundancy_weights)
+        weighted_step(arm.tool_jacobian(joints.position_rad[k]), e, arm.redundancy_weights)
         for k, e in zip(knots, error_m, strict=True)
     ]
     curve = CubicSpline(t_s[knots], np.array(offsets))

@@ -109,7 +109,10 @@ class TetheredBall:
         drag = (errors.drag_scale * one for one in self.game.drag)
         on_wall = [law.cup.side_m] if law.cup.side_m > 0.0 else []
         self.rope = np.array([*rope_kernel.rope_constants(law), *drag, over_tie_m, *on_wall])
-        self._tie_friction_m, self._tilt_rad = errors.tie_friction_m, errors.gravity_tilt_rad
+        self._tie_friction_m = errors.tie_friction_m
+        tilt_x, tilt_y = errors.gravity_tilt_rad, errors.gravity_tilt_y_rad
+        y, z = math.cos(tilt_x) * math.sin(tilt_y), math.cos(tilt_x) * math.cos(tilt_y)
+        self._leans = np.array([math.sin(tilt_x), y, 1.0 - z])
         rope_kg = self.game.rope.mass_kg if errors.rope_kg is None else errors.rope_kg
         self.mass_kg, self.chain = errors.mass_scale * self.game.ball.mass_kg, NO_CHAIN
         if rope_kg > 0.0:
@@ -117,20 +120,20 @@ class TetheredBall:
         self.mass_kg += self.chain.end_kg
         weight_n = self.mass_kg * self.game.gravity_m_s2
         self.weight_n = np.array([0.0, 0.0, -weight_n])
-        self._leaning_n = weight_n * np.array([math.sin(self._tilt_rad), 0.0, 1.0 - math.cos(self._tilt_rad)])
-        self._other = self._tie_friction_m > 0.0 or self._tilt_rad != 0.0
+        self._leaning_n = weight_n * self._leans
+        self._other = self._tie_friction_m > 0.0 or bool(self._leans.any())
         self.skeleton.getBodyNode(0).setInertia(_inertia(self.mass_kg, self.game.ball.radius_m))
         set_restitution(self._cup, self.game.cup.restitution if errors.restitution is None else errors.restitution)
 
-    def hang(self, aside_m: float) -> None:
-        """Hang still under the tie, ``aside_m`` along x from where it would come to rest."""
+    def hang(self, aside_m: float, aside_y_m: float = 0.0) -> None:
+        """Hang still under the tie, ``aside_m`` along x and ``aside_y_m`` along y from where it would come to rest."""
         weight_n = self.mass_kg * self.game.gravity_m_s2
         length = self._law.length_m + stretch_m(weight_n, self._law.stiffness_n_m)
         x, y, z = (self.tie_m if self._knot is None else _knot_m(self._cup, self._knot)).tolist()
-        aside_m += length * math.sin(self._tilt_rad)
+        aside_m, aside_y_m = aside_m + length * self._leans[0], aside_y_m + length * self._leans[1]
         self.skeleton.resetAccelerations()
         self.pulled[: rope_kernel.SIDE] = (0.0, 0.0, weight_n, weight_n, 0.0, 0.0, -weight_n, x, y, z)
-        self.put([x + aside_m, y, z - math.sqrt(length**2 - aside_m**2)], [0.0, 0.0, 0.0])
+        self.put([x + aside_m, y + aside_y_m, z - math.sqrt(length**2 - aside_m**2 - aside_y_m**2)], [0.0, 0.0, 0.0])
 
     def put(self, place_m: Sequence[float], velocity_m_s: Sequence[float]) -> None:
         """Put the ball at ``place_m`` (3,), moving with ``velocity_m_s`` (3,), and a rope with mass the short way."""

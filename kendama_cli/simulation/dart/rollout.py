@@ -189,26 +189,26 @@ def play_rollout(
     world.reset(joints.position_rad[0])
     planned = list(zip(joints.position_rad, joints.velocity_rad_s, joints.acceleration_rad_s2, strict=True))
     noises = [0.0] * len(planned)
-    erring = None if errors is None else ErringArm(world.arm, joints, errors, STEP_S)
+    erring = None if errors is None else ErringArm(world.arm, joints, errors, STEP_S, rng)
     if rng is not None and noise_rad > 0:
         noises = list(rng.normal(0.0, noise_rad, joints.position_rad.shape))
     flight = FlightRecord(world.ball, _catch_from_s(world, joints))
     corrected: Sequence[tuple[Array, Array, Array]] | None = None
     fastest = strongest = np.zeros(len(world.position_rad))
-    samples: list[tuple[float | Array, ...]] = []
-    if record:
-        samples.append(_sample(world))
+    samples: list[tuple[float | Array, ...]] = [_sample(world)] if record else []
     for k in range(1, len(planned)):
         position, speed, change = planned[k]
-        reading_error = noises[k] if erring is None else noises[k] + erring.reading_error(k)
+        reading_error: Array | float = noises[k]
         if correction is not None:
             ahead = (k - 1) % correction.steps
             if ahead == 0:
-                corrected = correction.coming(world.t_s, world.position_rad + reading_error, world.ball.position_m)
+                read = reading_error if erring is None else reading_error + erring.encoder_error(k)
+                corrected = correction.coming(world.t_s, world.position_rad + read, world.ball.position_m)
             if corrected is not None:
                 position, speed, change = corrected[ahead]
         if erring is not None:
             position, speed, change = erring.follows(position, speed, change)
+            reading_error = reading_error + erring.reading_error(k, change)
         world.step(position, speed, change, reading_error)
         flight.observe(world.t_s)
         fastest = np.maximum(fastest, np.abs(world.velocity_rad_s))
@@ -216,8 +216,7 @@ def play_rollout(
         if record:
             samples.append(_sample(world))
     miss_m, side_m = flight.miss_m or (None, None)
-    descent = flight.descent
-    efforts = strongest / world.arm.limits.effort_nm
+    descent, efforts = flight.descent, strongest / world.arm.limits.effort_nm
     return RolloutResult(
         caught=flight.caught,
         caught_later=world.ball.is_in_cup() and not flight.caught,

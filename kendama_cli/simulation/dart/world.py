@@ -17,9 +17,9 @@ from kendama_cli.settings.game import CupSettings, GameSettings
 from kendama_cli.settings.interact import InteractSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.scene import SceneSettings
-from kendama_cli.simulation.dart.arm_errors import WorldErrors
+from kendama_cli.simulation.dart.arm_errors import WRIST_JOINTS, WorldErrors
 from kendama_cli.simulation.dart.ball import TetheredBall
-from kendama_cli.simulation.dart.dynamics_kernel import ArmDynamics
+from kendama_cli.simulation.dart.dynamics_kernel import ROTOR, ArmDynamics
 from kendama_cli.simulation.dart.joint_control import JointControl
 from kendama_cli.simulation.dart.scene import Scene, check_clear
 from kendama_cli.simulation.dart.stepper import STEP_S, Stepper, WorldPair
@@ -29,14 +29,30 @@ SHORTEST_M = 1e-3
 """A link whose joints' origins coincide has no capsule of its own: its neighbours' caps cover it."""
 
 
-def attach_rotors(body: Body, rotor_inertia_kg_m2: Array) -> None:
-    """Give every link the rotor (n,) of the joint that turns it, about that joint's axis (see carry_rotors)."""
-    for joint, rotor in zip(body.joints, rotor_inertia_kg_m2, strict=True):
-        link = joint.getChildBodyNode()
-        own = link.getInertia()
-        axis = joint.getTransformFromChildBodyNode().rotation() @ np.array(joint.getAxis())
-        moment = np.array(own.getMoment()) + rotor * np.outer(axis, axis)
-        link.setInertia(dartpy.dynamics.Inertia(own.getMass(), own.getLocalCOM(), moment))
+class Rotors:
+    """Rotors (n,) of the joints of ``body``, which its links carry, each about its joint's axis (see carry_rotors)."""
+
+    def __init__(self, body: Body, rotor_inertia_kg_m2: Array) -> None:
+        self._joints, self._nominal, self._scale = body.joints, rotor_inertia_kg_m2, 0.0
+        self._moments = [np.array(one.getChildBodyNode().getInertia().getMoment()) for one in body.joints]
+        self.scale_wrist(1.0)
+
+    def scale_wrist(self, scale: float) -> Array:
+        """Multiply those of the last WRIST_JOINTS joints by ``scale``, and return all."""
+        rotors = np.array(self._nominal)
+        rotors[-WRIST_JOINTS:] *= scale
+        if scale != self._scale:
+            self._scale = scale
+            self._attach(rotors)
+        return rotors
+
+    def _attach(self, rotor_inertia_kg_m2: Array) -> None:
+        for joint, bare, rotor in zip(self._joints, self._moments, rotor_inertia_kg_m2, strict=True):
+            link = joint.getChildBodyNode()
+            own = link.getInertia()
+            axis = joint.getTransformFromChildBodyNode().rotation() @ np.array(joint.getAxis())
+            moment = bare + rotor * np.outer(axis, axis)
+            link.setInertia(dartpy.dynamics.Inertia(own.getMass(), own.getLocalCOM(), moment))
 
 
 def attach_links(body: Body, arm: RobotModel, cup: CupSettings) -> None:
@@ -99,11 +115,12 @@ class ArmWorld:
             robot, task.probe if isinstance(task, InteractSettings) else task.cup, task.gravity_m_s2
         )
         self.body = arm.new_body()
-        attach_rotors(self.body, arm.rotor_inertia_kg_m2)
+        self._rotors = Rotors(self.body, arm.rotor_inertia_kg_m2)
         if game is not None and links:
             attach_links(self.body, arm, game.cup)
         self._skeleton = self.body.skeleton
-        self._control = JointControl(arm, self.body, ArmDynamics(arm, game, links=links), STEP_S)
+        self._dynamics = ArmDynamics(arm, game, links=links)
+        self._control = JointControl(arm, self.body, self._dynamics, STEP_S)
         self._ball = TetheredBall(game, self.body) if game is not None else None
         self._sensor = None if isinstance(task, GameSettings) else _sensor(task, arm, self.body, scene)
         pair = WorldPair(task.gravity_m_s2, exact_friction=game is None)
@@ -112,7 +129,7 @@ class ArmWorld:
             pair.add(self._ball.skeleton)
         self.scene = Scene(pair.touching, scene)
         self._stepper = Stepper(pair, self._control, self.scene, self._ball, self._sensor)
-        self._start_m = 0.0
+        self._start_m = (0.0, 0.0)
         self.reset(arm.home_rad)
 
     def perturb(self, errors: WorldErrors) -> None:
@@ -120,7 +137,8 @@ class ArmWorld:
         self._control.friction.set_unknown(errors.joint_friction_nm, errors.joint_friction_fraction)
         if self._ball is not None:
             self._ball.perturb(errors)
-        self._start_m = errors.ball_start_m
+        self._start_m = (errors.ball_start_m, errors.ball_start_y_m)
+        self._dynamics.links[:, ROTOR] = self._rotors.scale_wrist(errors.wrist_rotor_scale)
 
     def reset(self, position_rad: Array, velocity_rad_s: Array | None = None) -> None:
         """Put the arm in ``position_rad`` (n,), with ``velocity_rad_s`` (n,) or at rest, the clock at 0.
@@ -134,7 +152,7 @@ class ArmWorld:
         self._steps = 0
         self.t_s = 0.0
         if self._ball is not None:
-            self._ball.hang(self._start_m)
+            self._ball.hang(*self._start_m)
         self._observe()
 
     def step(

@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
+from kendama_cli.adaptation.perturbation import Perturbation
 from kendama_cli.adaptation.policy_search import cost_m
-from kendama_cli.adaptation.search_record import Attempt, Perturbation, Search, Trial
+from kendama_cli.adaptation.search_record import Attempt, Search, Trial
 from kendama_cli.adaptation.time_scaling import Window
 from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.motion.dmp.heading import heading_turn
@@ -121,6 +122,10 @@ def _perturbation_message(index: int, perturbation: Perturbation, game: GameSett
         restitution=game.cup.restitution if world.restitution is None else world.restitution,
         joint_friction_nm=world.joint_friction_nm,
         joint_friction_fraction=world.joint_friction_fraction,
+        ball_start_y_m=world.ball_start_y_m,
+        gravity_tilt_y_rad=world.gravity_tilt_y_rad,
+        wrist_rotor_scale=world.wrist_rotor_scale,
+        image_latency_s=perturbation.sensor.latency_s,
         **dataclasses.asdict(arm),
     )
 

@@ -97,6 +97,17 @@ class AdaptPerturbationMessage:
     cup_error_m: float
     cup_error_hz: float
     cup_error_phase_rad: float
+    ball_start_y_m: float = 0.0
+    gravity_tilt_y_rad: float = 0.0
+    wrist_rotor_scale: float = 1.0
+    cup_error_y_m: float = 0.0
+    cup_error_y_hz: float = 0.0
+    cup_error_y_phase_rad: float = 0.0
+    resonance_hz: float = 0.0
+    resonance_damping: float = 0.0
+    lost_commands: float = 0.0
+    lost_burst: float = 1.0
+    image_latency_s: float = 0.0
 
 
 TOPICS: Mapping[str, type] = {

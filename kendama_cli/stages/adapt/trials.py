@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kendama_cli.adaptation.catch_family import CatchFamily, attempt_of
-from kendama_cli.adaptation.search_record import Attempt, MotionVariation, Perturbation, Repeat, Search, Trial
+from kendama_cli.adaptation.perturbation import Perturbation
+from kendama_cli.adaptation.search_record import Attempt, MotionVariation, Repeat, Search, Trial
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.control.catch_reach import lacking_reach
@@ -69,6 +70,7 @@ class Trials:
                 sensor=settings.sensor_model,
                 correction=settings.correction,
                 rng=noise,
+                errors=perturbation.sensor,
             )
         world.perturb(perturbation.world)
         result = play_rollout(

@@ -53,6 +53,19 @@ def test_the_cup_errs_by_a_sine_along_x_whatever_the_drive_allows(
     assert np.abs(moved[1]).max() < 1e-4
 
 
+def test_the_cup_errs_along_y_by_a_sine_of_its_own() -> None:
+    none = (0.0,) * 7
+    world = ArmWorld(dataclasses.replace(bench_arm(), coulomb_nm=none, stribeck_nm=none), kendama_game())
+    errors = ArmErrors(cup_error_y_m=0.005, cup_error_y_hz=2.0, cup_error_y_phase_rad=1.0)
+    made = play_rollout(world, _held(1.0), errors=errors, record=True)
+    assert made.trace is not None
+    moved = made.trace.cup_m - made.trace.cup_m[0]
+    late = made.trace.t_s >= ONSET_S
+    desired = 0.005 * np.sin(2 * np.pi * 2.0 * made.trace.t_s + 1.0)
+    assert moved[late, 1] == pytest.approx(desired[late], abs=1e-4)
+    assert np.abs(moved[:, [0, 2]]).max() < 3e-4
+
+
 class _Reader:
     """Steers nothing, and keeps what it is given to read."""
 
@@ -138,6 +151,50 @@ def test_in_leaning_gravity_the_ball_hangs_aside_and_stays_there() -> None:
     for _ in range(400):
         world.step(world.arm.home_rad, zero, zero)
         assert world.ball.position_m[0] - world.ball.tie_m[0] == pytest.approx(lateral, abs=1e-4)
+
+
+def test_gravity_that_leans_to_both_sides_and_a_start_beside_it_add_up() -> None:
+    """The ball rests where the vector of gravity points, and starts beside that by as much as is asked for."""
+    world, zero = ArmWorld(bench_arm(), kendama_game()), np.zeros(7)
+    length = kendama_game().rope.length_m
+    world.perturb(WorldErrors(gravity_tilt_rad=0.01, gravity_tilt_y_rad=-0.02))
+    world.reset(world.arm.home_rad)
+    for _ in range(400):
+        world.step(world.arm.home_rad, zero, zero)
+        hangs = (world.ball.position_m - world.ball.tie_m)[:2]
+        assert hangs == pytest.approx([length * np.sin(0.01), -length * np.sin(0.02)], abs=1e-4)
+    world.perturb(WorldErrors(gravity_tilt_y_rad=-0.02, ball_start_y_m=0.05))
+    world.reset(world.arm.home_rad)
+    hangs = (world.ball.position_m - world.ball.tie_m)[:2]
+    assert hangs == pytest.approx([0.0, 0.05 - length * np.sin(0.02)], abs=1e-4)
+
+
+@pytest.mark.parametrize("scale", [0.2, 2.0])
+def test_scaled_rotors_of_the_wrist_are_those_of_an_arm_that_is_described_so(scale: float) -> None:
+    """A ball falls on the rim; what is scaled once is as it was after that."""
+    rotors = bench_arm().rotor_inertia_kg_m2
+    assert rotors is not None
+    described = (*rotors[:-3], *(scale * one for one in rotors[-3:]))
+    other = ArmWorld(dataclasses.replace(bench_arm(), rotor_inertia_kg_m2=described), kendama_game())
+    world = ArmWorld(bench_arm(), kendama_game())
+    nominal = _struck(world)
+    world.perturb(WorldErrors(wrist_rotor_scale=scale))
+    scaled = _struck(world)
+    assert scaled.tobytes() == _struck(other).tobytes()
+    assert np.abs(scaled - nominal).max() > 1e-6
+    world.perturb(WorldErrors())
+    assert _struck(world).tobytes() == nominal.tobytes()
+
+
+def _struck(world: ArmWorld) -> Array:
+    """Return the arm's angles after a ball has fallen on the cup's rim."""
+    world.reset(world.arm.home_rad)
+    zero = np.zeros(7)
+    rim_m = np.array([world.ball.game.cup.radius_m, 0.0, world.ball.game.cup.rim_m + 0.03])
+    world.ball.put((world.ball.tie_m + rim_m).tolist(), (0.0, 0.0, -2.0))
+    for _ in range(40):
+        world.step(world.arm.home_rad, zero, zero)
+    return world.position_rad
 
 
 def test_friction_at_the_tie_takes_what_it_should_from_a_swing() -> None:
