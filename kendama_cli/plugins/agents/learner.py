@@ -1,7 +1,8 @@
 """The learner ``agent``: an agent of another library is trained in the rollouts of ``learn``, frozen and validated.
 
 All rollouts but the last ``validation_rollouts`` of ``learn.count.max_rollouts`` train it, by its own ``learn``, or as
-many as that takes. They count as exploring. Then it is frozen, and acts by ``predict``. It is never trained on a robot.
+many as that takes. They count as exploring. Then it is frozen, and acts by ``predict``. One that begins
+from a policy, as on a robot, is frozen from the start.
 """
 
 from __future__ import annotations
