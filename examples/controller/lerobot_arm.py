@@ -19,7 +19,7 @@ import numpy as np
 from kendama_robot import Command, Description, Heard, Robot, State, read_key
 
 UNITS = {"deg": math.pi / 180, "rad": 1.0}
-RAMP_S, SETTLE_S = 0.5, 3.0  # an approach speeds up for so long, and may take so long to settle
+RAMP_S, SETTLE_S = 0.5, 3.0  # an approach speeds up, and at least settles, for so long; at most for the second
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ def serve(arm: LeRobotArm, line: Robot) -> None:
                 there_s = there_s + period_s if arm.approach(target) else 0.0
                 if there_s > SETTLE_S:
                     raise RuntimeError(f"it rests at {arm.at_rad} rad, farther than settled_rad from its goal {target}")
-                if there_s < 2 * period_s or np.abs(arm.at_rad - target).max() > arm.about.settled_rad:
+                if there_s < RAMP_S or np.abs(arm.at_rad - target).max() > arm.about.settled_rad:
                     continue
                 t_s, target = 0.0, None
             sent = Command(tuple(arm.sent_rad), tuple(arm.velocity_rad_s), line.command.acceleration_rad_s2)
