@@ -41,6 +41,7 @@ METRICS = (
     "frozen_visual_caught_rate",
     "frozen_caught_rate",
 )
+CAP = 1000.0
 HEAD = ("table", "row", "seed", *METRICS)
 
 
@@ -113,12 +114,12 @@ def summary(lines: Sequence[Mapping[str, Any]], reference: Sequence[Mapping[str,
     unsolved = int(sum(not line["solved"] for line in lines))
     sooner, between = improvement(solved, np.array([line["rollouts_to_solved"] for line in reference]))
     first, last = int(lines[0]["seed"]), int(lines[-1]["seed"])
-    mean = _with(solved.mean(), mean_interval(solved))
+    mean = _with(solved.mean(), _counts(mean_interval(solved)))
     return [
         f"{first} to {last}",
         _with(np.median(learned), quantile_interval(learned)),
         _with(np.median(solved), quantile_interval(solved)),
-        _with(float(interquartile_mean(solved)), interquartile_interval(solved)),
+        _with(float(interquartile_mean(solved)), _counts(interquartile_interval(solved))),
         f"{mean}, restricted" if unsolved else mean,
         str(unsolved) if unsolved else "none",
         f"{_with(caught.mean(), rate_interval(caught), 3)} / {caught.min():.3g}",
@@ -130,6 +131,11 @@ TABLE_HEAD = (
     *("row", "seeds", "ten in a row, median", "solved, median", "interquartile mean", "mean", "unsolved"),
     *("frozen: caught, mean / worst", "solved sooner than the first row"),
 )
+
+
+def _counts(between: tuple[float, float] | None) -> tuple[float, float] | None:
+    """Return an interval of rollouts without what lies below none or beyond the cap: few seeds do not know either."""
+    return None if between is None else (max(0.0, between[0]), min(CAP, between[1]))
 
 
 def _with(value: float, between: tuple[float, float] | None, digits: int = 0) -> str:
