@@ -17,7 +17,6 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from kendama_cli.report.bootstrap import bootstrap
 
 from kendama_cli.adaptation.aim_search import IN_A_ROW, AimedMotions, AimSearch
 from kendama_cli.adaptation.catch_family import CatchFamily, playable_tilt
@@ -35,6 +34,7 @@ from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.learning.parameter_search import parameter_search
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.motion.dmp.heading import scaled_plan
+from kendama_cli.report.intervals import mean_interval
 from kendama_cli.schema.settings import build
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.stages.adapt.trials import Trials
@@ -175,7 +175,7 @@ def in_a_row(caught: Sequence[bool]) -> int:
 
 
 def _mean(values: Sequence[float]) -> str:
-    low, high = bootstrap(np.array(values, dtype=np.float64), np.mean) or (float("nan"),) * 2
+    low, high = mean_interval(np.array(values, dtype=np.float64)) or (float("nan"),) * 2
     return f"{np.mean(values):.2f} [{low:.2f}, {high:.2f}]"
 
 

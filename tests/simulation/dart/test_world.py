@@ -262,3 +262,26 @@ def test_friction_that_the_controller_does_not_know_costs_accuracy() -> None:
         _sway(world, 500)
         worst.append(float(np.abs(world.position_rad - world.arm.home_rad - 0.05 * (1 - math.cos(3.0))).max()))
     assert worst[1] > 3 * worst[0]
+
+
+def test_a_cup_on_an_arm_recoils_from_a_ball_by_the_impulse_over_its_inertia_at_the_contact() -> None:
+    """Newton's restitution is exact between ball and cup; M = 1 / (J H^-1 J^T) along z, H with DART's rotors."""
+    world, restitution = ArmWorld(bench_arm(), kendama_game()), 0.6
+    world.perturb(WorldErrors(restitution=restitution))
+    world.reset(world.arm.home_rad)
+    over_m = np.array([0.0, 0.0, world.ball.game.cup.rim_m + 0.25])
+    world.ball.put((world.ball.tie_m + over_m).tolist(), (0.0, 0.0, 0.0))
+    ball, cup = [0.0], [0.0]
+    while ball[-1] <= 0.0:
+        _hold(world, 1)
+        ball.append(float(world.ball.velocity_m_s[2]))
+        cup.append(float(world.ball.tie_m_s[2]))
+    assert (ball[-1] - cup[-1]) / (cup[-2] - ball[-2]) == pytest.approx(restitution, abs=0.01)
+    along = world.arm.tool_jacobian(world.arm.home_rad)[2]
+    inertia_kg = 1.0 / float(along @ np.linalg.solve(world.body.skeleton.getMassMatrix(), along))
+    impulse = world.ball.mass_kg * (ball[-1] - ball[-2])
+    assert cup[-1] - cup[-2] == pytest.approx(-impulse / inertia_kg, rel=0.05)
+    assert inertia_kg == pytest.approx(0.55, abs=0.02)
+    height_m = world.ball.position_m[2] - world.ball.tie_m[2] - world.ball.game.cup.rim_m
+    rises_m = [height_m + one**2 / (2 * world.ball.game.gravity_m_s2) for one in (ball[-1], restitution * -ball[-2])]
+    assert rises_m == pytest.approx([0.018, 0.061], abs=0.002)
