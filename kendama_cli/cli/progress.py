@@ -125,6 +125,8 @@ class LiveView:
         try:
             return _answered(question)
         finally:
+            rows = sum(task.visible for task in self._progress.tasks)
+            self._console.print("\n" * (rows - 1), end="")  # the view is drawn anew over these, not over the question
             self._progress.start()
 
     def stage_waits(self, name: str) -> None:
