@@ -80,7 +80,7 @@ def _write(frame: pd.DataFrame, target: Path) -> Path:
 def _as_text(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the table with JSON in the place of lists, and base64 in the place of bytes."""
     frame = frame.copy()
-    for name in frame.select_dtypes(object):
+    for name in [one for one in frame if frame[one].dtype.kind == "O"]:
         frame[name] = frame[name].map(_text, na_action="ignore")
     return frame
 
