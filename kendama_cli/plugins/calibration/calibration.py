@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,10 +13,13 @@ from numpy.typing import NDArray
 from kendama_cli.plugins.calibration.bundle import Bundle, Seen, adjust
 from kendama_cli.plugins.calibration.checks import check_moments, rms
 from kendama_cli.plugins.calibration.intrinsics import Intrinsics, intrinsics
+from kendama_cli.plugins.calibration.one_lens import check_one_lens
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel
 
 MIN_CORNERS = 6
+MARKER_TOLERANCE = 0.1
+"""Share of the side: a marker of 20 px is found a pixel too small."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,8 @@ class BoardView:
     ids: NDArray[np.int64]
     pixels: Array
     legacy: bool = False
+    marker_m: float = math.nan
+    """Side of the markers as the corners about them tell it"""
 
 
 @dataclass(frozen=True)
@@ -83,16 +89,38 @@ def find_board(board: Board, image: NDArray[np.uint8], name: str) -> BoardView |
     """
     grey, best, is_legacy = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), None, False
     for legacy in (False, True) if board.rows % 2 == 0 else (False,):
-        found, ids, _, _ = cv2.aruco.CharucoDetector(board.opencv(legacy=legacy)).detectBoard(grey)
+        found, ids, markers, _ = cv2.aruco.CharucoDetector(board.opencv(legacy=legacy)).detectBoard(grey)
         if ids is not None and len(ids) >= MIN_CORNERS and (best is None or len(ids) > len(best[1])):
-            best, is_legacy = (found, ids), legacy
+            best, is_legacy = (found, ids, markers), legacy
     if best is None:
         return None
     found, numbers = best[0], np.asarray(best[1], dtype=np.int64).ravel()
     flat = board.corners_m[numbers, :2]
     if np.linalg.matrix_rank(flat - flat.mean(axis=0), tol=board.square_m / 2) < 2:
         return None
-    return BoardView(name, numbers, np.asarray(found, dtype=np.float64).reshape(-1, 2), is_legacy)
+    pixels = np.asarray(found, dtype=np.float64).reshape(-1, 2)
+    side_m = _marker_side(flat, pixels, np.asarray(best[2], dtype=np.float64))
+    return BoardView(name, numbers, pixels, is_legacy, side_m)
+
+
+def _marker_side(flat_m: Array, pixels: Array, markers: Array) -> float:
+    """Return the mean side [m] of ``markers`` (m, 1, 4, 2) [px], laid upon the board by its corners."""
+    to_board, _ = cv2.findHomography(pixels, flat_m)
+    if to_board is None or not len(markers):
+        return math.nan
+    corners_m = cv2.perspectiveTransform(markers.reshape(-1, 1, 2), to_board).reshape(-1, 4, 2)
+    return float(np.linalg.norm(corners_m - np.roll(corners_m, 1, axis=1), axis=2).mean())
+
+
+def check_markers(board: Board, views: Sequence[BoardView]) -> None:
+    """Raise ValueError where the markers' side, as a share of the square's, is not the board's."""
+    side_m = float(np.median([view.marker_m for view in views if math.isfinite(view.marker_m)] or [board.marker_m]))
+    if abs(side_m / board.marker_m - 1) > MARKER_TOLERANCE:
+        raise ValueError(
+            f"a marker's side is {side_m / board.square_m:.2f} of a square's in the images, and "
+            f"{board.marker_m * 1e3:g} of {board.square_m * 1e3:g} mm is {board.marker_m / board.square_m:.2f}; "
+            "measure both on the print"
+        )
 
 
 def calibrate(
@@ -107,10 +135,13 @@ def calibrate(
     first view of the first camera the board's middle lies at ``centre_m``, its rows along x, z up out of its print.
     Raises ValueError where the views do not suffice.
     """
+    check_markers(board, [view for seen in views.values() for view in seen])
     fits = {
         name: intrinsics(name, seen, [board.corners_m[view.ids] for view in seen], sizes[name])
         for name, seen in views.items()
     }
+    for name, seen in views.items():
+        check_one_lens(name, seen, [board.corners_m[view.ids] for view in seen], sizes[name])
     names = list(views)
     cameras = np.array([np.eye(4), *(_to_other(board, (names[0], name), views, fits) for name in names[1:])])
     bundle, errors = _together(board, views, fits, cameras)

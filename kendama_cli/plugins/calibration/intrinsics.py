@@ -58,7 +58,7 @@ def intrinsics(name: str, views: Sequence[View], corners_m: Sequence[Array], siz
             f"camera '{name}': the board is seen in {len(views)} images, at least {MIN_VIEWS} are needed; check the "
             "board's size and take more images of it, tilted every way"
         )
-    found = _radial(name, [view.pixels for view in views], corners_m, size)
+    found = fit_lens(name, [view.pixels for view in views], corners_m, size)
     check_views(name, views, found.errors_px, size[0])
     normals = np.array([rotation[:, 2] for rotation in found.rotations])
     spread = float(np.degrees(np.arccos(np.clip(normals @ normals.T, -1, 1))).max())
@@ -76,8 +76,8 @@ def intrinsics(name: str, views: Sequence[View], corners_m: Sequence[Array], siz
     return found
 
 
-def _radial(name: str, seen_px: Sequence[Array], corners_m: Sequence[Array], size: tuple[int, int]) -> Intrinsics:
-    """Fit a lens with radial distortion by OpenCV."""
+def fit_lens(name: str, seen_px: Sequence[Array], corners_m: Sequence[Array], size: tuple[int, int]) -> Intrinsics:
+    """Fit a lens with radial distortion to corners (n_i, 2) and (n_i, 3) by OpenCV; ValueError where it cannot."""
     points = [one.astype(np.float32) for one in corners_m]
     pixels = [one.astype(np.float32)[:, None] for one in seen_px]
     try:
