@@ -14,9 +14,11 @@ from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.devices.camera.video import VideoFile, shown_otherwise
 from kendama_cli.devices.camera.views import IMAGES, cameras_of, read_views
 from kendama_cli.errors import InputError, UsageError
-from kendama_cli.plugins.calibration.calibration import Board, BoardView, CalibratedCamera, calibrate, find_board
+from kendama_cli.plugins.calibration.board import KINDS, Board, BoardSearch, BoardView
+from kendama_cli.plugins.calibration.calibration import CalibratedCamera, calibrate
 from kendama_cli.plugins.calibration.calibration_file import calibration_document, calibration_picture
 from kendama_cli.rendering.pictures import as_png
+from kendama_cli.schema.hints import nearest
 
 PRINT_DPI = 300
 
@@ -26,6 +28,7 @@ class CalibrationRequest:
     """Board, images by camera, and the board's place in the first of them."""
 
     board: Board
+    kinds: tuple[str, ...]
     paths: tuple[Path, ...]
     board_at: str
 
@@ -40,6 +43,13 @@ def board_of(squares: str, square_mm: float, marker_mm: float) -> Board:
     return Board(int(columns), int(rows), square_mm / 1e3, marker_mm / 1e3)
 
 
+def kinds_of(kind: str) -> tuple[str, ...]:
+    """Return the kinds of board that an option allows; raises UsageError for an unknown one."""
+    if kind not in ("auto", *KINDS):
+        raise UsageError(f"--board-kind {kind}: allowed are auto, {', '.join(KINDS)}{nearest(kind, KINDS)}")
+    return KINDS if kind == "auto" else (kind,)
+
+
 def draw_board(board: Board, output: Path) -> None:
     """Write the picture to print."""
     refuse_output(output, "a picture is a PNG", ".png")
@@ -52,7 +62,7 @@ def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: boo
 
     Raises UsageError or InputError, with nothing written, where the views cannot be used.
     """
-    board, paths, centre_m = request.board, request.paths, _triple(request.board_at)
+    search, paths, centre_m = BoardSearch(request.board, request.kinds), request.paths, _triple(request.board_at)
     refuse_output(output, "a calibration is YAML", ".yaml", ".yml")
     sizes: dict[str, tuple[int, int]] = {}
     views: dict[str, list[BoardView]] = {}
@@ -64,13 +74,16 @@ def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: boo
                 render.note(line)
         for view, pixels in read_views(sources):
             sizes[name], backgrounds[name] = (pixels.shape[1], pixels.shape[0]), pixels
-            found = find_board(board, pixels, view)
+            found = search.find(pixels, view)
             if found is None:
                 render.note(f"{name}, {view}: the board is not seen")
             else:
                 views[name].append(found)
     if any(view.legacy for seen in views.values() for view in seen):
         render.note("the board has the pattern of OpenCV before 4.6, its first square white")
+    board = search.board
+    if search.recognised:
+        render.note(f"seen: {board}")
     try:
         made = calibrate(board, views, sizes, centre_m)
     except ValueError as error:

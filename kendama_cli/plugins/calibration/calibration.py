@@ -1,65 +1,20 @@
-"""Calibrating one or several cameras from views of a ChArUco board."""
+"""Calibrating one or several cameras from views of a board."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from kendama_cli.plugins.calibration.board import MIN_CORNERS, Board, BoardView, check_markers
 from kendama_cli.plugins.calibration.bundle import Bundle, Seen, adjust
 from kendama_cli.plugins.calibration.checks import check_moments, rms
 from kendama_cli.plugins.calibration.intrinsics import Intrinsics, intrinsics
 from kendama_cli.plugins.calibration.one_lens import check_one_lens
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel
-
-MIN_CORNERS = 6
-MARKER_TOLERANCE = 0.1
-"""Share of the side: a marker of 20 px is found a pixel too small."""
-
-
-@dataclass(frozen=True)
-class Board:
-    """A ChArUco board of ``columns`` x ``rows`` squares, with markers of OpenCV's dictionary 4X4_250."""
-
-    columns: int
-    rows: int
-    square_m: float
-    marker_m: float
-
-    def opencv(self, *, legacy: bool = False) -> cv2.aruco.CharucoBoard:
-        """Return OpenCV's board; ``legacy`` is the pattern of OpenCV before 4.6, another one where rows are even."""
-        markers = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_250)
-        board = cv2.aruco.CharucoBoard((self.columns, self.rows), self.square_m, self.marker_m, markers)
-        board.setLegacyPattern(legacy)
-        return board
-
-    def picture(self, pixels_per_square: int) -> NDArray[np.uint8]:
-        """Draw the board to print, grey, with half a square of white about it."""
-        margin = pixels_per_square // 2
-        size = (self.columns * pixels_per_square + 2 * margin, self.rows * pixels_per_square + 2 * margin)
-        return np.asarray(self.opencv().generateImage(size, marginSize=margin), dtype=np.uint8)
-
-    @property
-    def corners_m(self) -> Array:
-        """Inner corners (n, 3) on the board: x along its rows, y down its columns, z into it, 0 at its first corner."""
-        return np.asarray(self.opencv().getChessboardCorners(), dtype=np.float64)
-
-
-@dataclass(frozen=True)
-class BoardView:
-    """Corners of the board in one image: their numbers (n,) and pixels (n, 2); and if its pattern is the legacy one."""
-
-    name: str
-    ids: NDArray[np.int64]
-    pixels: Array
-    legacy: bool = False
-    marker_m: float = math.nan
-    """Side of the markers as the corners about them tell it"""
 
 
 @dataclass(frozen=True)
@@ -80,47 +35,6 @@ class CalibratedCamera:
     def rms_px(self) -> float:
         """Over all corners of all views."""
         return float(np.sqrt((np.concatenate(self.residuals_px) ** 2).sum(axis=1).mean()))
-
-
-def find_board(board: Board, image: NDArray[np.uint8], name: str) -> BoardView | None:
-    """Return the board's corners in ``image`` (h, w, 3), by the pattern that shows more of them.
-
-    None where fewer than six of them, or of one line, are seen.
-    """
-    grey, best, is_legacy = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), None, False
-    for legacy in (False, True) if board.rows % 2 == 0 else (False,):
-        found, ids, markers, _ = cv2.aruco.CharucoDetector(board.opencv(legacy=legacy)).detectBoard(grey)
-        if ids is not None and len(ids) >= MIN_CORNERS and (best is None or len(ids) > len(best[1])):
-            best, is_legacy = (found, ids, markers), legacy
-    if best is None:
-        return None
-    found, numbers = best[0], np.asarray(best[1], dtype=np.int64).ravel()
-    flat = board.corners_m[numbers, :2]
-    if np.linalg.matrix_rank(flat - flat.mean(axis=0), tol=board.square_m / 2) < 2:
-        return None
-    pixels = np.asarray(found, dtype=np.float64).reshape(-1, 2)
-    side_m = _marker_side(flat, pixels, np.asarray(best[2], dtype=np.float64))
-    return BoardView(name, numbers, pixels, is_legacy, side_m)
-
-
-def _marker_side(flat_m: Array, pixels: Array, markers: Array) -> float:
-    """Return the mean side [m] of ``markers`` (m, 1, 4, 2) [px], laid upon the board by its corners."""
-    to_board, _ = cv2.findHomography(pixels, flat_m)
-    if to_board is None or not len(markers):
-        return math.nan
-    corners_m = cv2.perspectiveTransform(markers.reshape(-1, 1, 2), to_board).reshape(-1, 4, 2)
-    return float(np.linalg.norm(corners_m - np.roll(corners_m, 1, axis=1), axis=2).mean())
-
-
-def check_markers(board: Board, views: Sequence[BoardView]) -> None:
-    """Raise ValueError where the markers' side, as a share of the square's, is not the board's."""
-    side_m = float(np.median([view.marker_m for view in views if math.isfinite(view.marker_m)] or [board.marker_m]))
-    if abs(side_m / board.marker_m - 1) > MARKER_TOLERANCE:
-        raise ValueError(
-            f"a marker's side is {side_m / board.square_m:.2f} of a square's in the images, and "
-            f"{board.marker_m * 1e3:g} of {board.square_m * 1e3:g} mm is {board.marker_m / board.square_m:.2f}; "
-            "measure both on the print"
-        )
 
 
 def calibrate(

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.plugins.calibration.calibration import Board, CalibratedCamera
+from kendama_cli.plugins.calibration.board import Board
+from kendama_cli.plugins.calibration.calibration import CalibratedCamera
 from kendama_cli.rendering.pictures import GREEN, RED, draw_line, pixel_of, side_by_side, write_text
 from kendama_cli.schema.arrays import Array
 

@@ -11,9 +11,15 @@ from kendama_cli.cli.options import ConfigDir, Home, Json, Overrides
 from kendama_cli.cli.setup import SetupFile
 from kendama_cli.config.site import find_site
 
-Squares = Annotated[str, typer.Option("--board", metavar="COLUMNSxROWS", help="Squares of the ChArUco board.")]
+Squares = Annotated[str, typer.Option("--board", metavar="COLUMNSxROWS", help="Squares, circles or tags.")]
 SquareMm = Annotated[float, typer.Option(metavar="MM", help="Side of a square, as measured on the print.")]
 MarkerMm = Annotated[float, typer.Option(metavar="MM", help="Side of a marker.")]
+BoardKind = Annotated[
+    str,
+    typer.Option(
+        metavar="KIND", help="auto, charuco, chessboard, circles, staggered (asymmetric circles) or tags (AprilTags)."
+    ),
+]
 RegionOption = Annotated[
     str | None,
     typer.Option("--region", metavar="X,Y,W,H", help="Part of the image with the light [px]; else all of it."),
@@ -48,21 +54,28 @@ def camera_calibrate(
     squares: Squares = "7x5",
     square_mm: SquareMm = 30.0,
     marker_mm: MarkerMm = 22.0,
+    board_kind: BoardKind = "auto",
     board_at: Annotated[
         str, typer.Option(metavar="X,Y,Z", help="The world's place [m] of the board's middle in the first view.")
     ] = "0,0,0",
     as_json: Json = False,
 ) -> None:
-    """Calibrate one or several cameras from views of a ChArUco board.
+    """Calibrate one or several cameras from views of a board.
 
     Views of one name (or one place in their videos) were taken at one moment. In the first view of the first camera the
     board lies print up, its rows along the world's x.
 
     Example: kendama camera calibrate left=left.mp4 right=right.mp4 -o cameras.yaml
     """
-    from kendama_cli.plugins.calibration.boards import CalibrationRequest, board_of, calibrate_cameras  # OpenCV
+    from kendama_cli.plugins.calibration.boards import (  # OpenCV
+        CalibrationRequest,
+        board_of,
+        calibrate_cameras,
+        kinds_of,
+    )
 
-    request = CalibrationRequest(board_of(squares, square_mm, marker_mm), tuple(paths), board_at)
+    board, kinds = board_of(squares, square_mm, marker_mm), kinds_of(board_kind)
+    request = CalibrationRequest(board, kinds, tuple(paths), board_at)
     calibrate_cameras(request, output, as_json=as_json)
 
 
@@ -141,6 +154,7 @@ def camera_place(
     squares: Squares = "7x5",
     square_mm: SquareMm = 30.0,
     marker_mm: MarkerMm = 22.0,
+    board_kind: BoardKind = "auto",
     as_json: Json = False,
     home: Home = None,
     config_dir: ConfigDir = None,
@@ -149,8 +163,9 @@ def camera_place(
 
     Example: kendama camera place view.png --calibration cameras.yaml --poses poses.csv
     """
-    from kendama_cli.plugins.calibration.boards import board_of
+    from kendama_cli.plugins.calibration.boards import board_of, kinds_of
     from kendama_cli.plugins.calibration.setup import PlaceRequest, place_in_robot
 
-    request = PlaceRequest(tuple(paths), calibration, poses, robot, board_of(squares, square_mm, marker_mm))
+    board, kinds = board_of(squares, square_mm, marker_mm), kinds_of(board_kind)
+    request = PlaceRequest(tuple(paths), calibration, poses, robot, board, kinds)
     place_in_robot(find_site(home, config_dir), request, output, as_json=as_json)

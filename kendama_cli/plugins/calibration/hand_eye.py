@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.plugins.calibration.calibration import Board, BoardView
+from kendama_cli.plugins.calibration.board import Board, BoardView
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel
 

@@ -26,7 +26,9 @@ OWN = 3
 AGREES = 20.0
 """Squared distance of a view to the others' mean, in their scatter, up to which it agrees with them."""
 FOREIGN = 40.0
-"""The same, from which it is of another lens: good sets, rendered and real, stay below it."""
+"""The same, from which one of several views is of another lens: good sets, rendered and real, stay below it."""
+FOREIGN_ALONE = 150.0
+"""The same for a single view: where an image cuts the board its corners may be off together."""
 LEAST_AGREEING = 8
 ROUNDS = 8
 MOST_SEEDS = 40
@@ -66,7 +68,8 @@ def check_one_lens(name: str, views: Sequence[View], corners_m: Sequence[Array],
     found = [_agreeing(name, one, pixels, corners_m, size) for one in (halves, ~halves) if one.sum() >= MIN_VIEWS]
     agreeing, distances = max(found, key=lambda one: int(one[0].sum()))
     foreign = ~agreeing
-    if agreeing.sum() < LEAST_AGREEING or not distances[foreign].max(initial=0.0) > FOREIGN:
+    least = FOREIGN if foreign.sum() > 1 else FOREIGN_ALONE
+    if agreeing.sum() < LEAST_AGREEING or not distances[foreign].max(initial=0.0) > least:
         return
     lens = fit_lens(name, _of(pixels, agreeing), _of(corners_m, agreeing), size).lens
     if foreign.sum() >= MIN_VIEWS:

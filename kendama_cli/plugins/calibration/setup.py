@@ -23,7 +23,7 @@ from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.plugins.calibration import brightness
-from kendama_cli.plugins.calibration.calibration import Board, BoardView, find_board
+from kendama_cli.plugins.calibration.board import Board, BoardSearch, BoardView
 from kendama_cli.plugins.calibration.hand_eye import PlacedCameras, place_cameras
 from kendama_cli.plugins.calibration.hand_poses import matching, read_hand_poses
 from kendama_cli.plugins.calibration.latency import Blinks, measure_delay
@@ -46,6 +46,7 @@ class PlaceRequest:
     poses: Path
     robot: str | None
     board: Board
+    kinds: tuple[str, ...]
 
 
 def write_page(output: Path) -> None:
@@ -103,18 +104,19 @@ def place_in_robot(site: Site, request: PlaceRequest, output: Path, *, as_json: 
     refuse_setup(output)
     by_name = {one.name: one for one in read_calibration(str(request.calibration))}
     hands = read_hand_poses(request.poses, _arm(site, request.robot))
+    search = BoardSearch(request.board, request.kinds)
     views: dict[str, list[BoardView]] = {}
     for name, sources in cameras_of(request.paths).items():
         if name not in by_name:
             raise InputError(
                 str(request.calibration), f"it has no camera '{name}'", remedy="name folders as 'camera calibrate' did"
             )
-        found = [find_board(request.board, pixels, view) for view, pixels in read_views(sources)]
+        found = [search.find(pixels, view) for view, pixels in read_views(sources)]
         views[name] = [one for one in found if one is not None]
     matching(hands, {view.name for seen in views.values() for view in seen}, request.poses)
     models = [camera_model(by_name[name]) for name in views]
     try:
-        made = place_cameras(request.board, models, views, hands)
+        made = place_cameras(search.board, models, views, hands)
     except ValueError as wrong:
         raise InputError(str(request.poses), str(wrong), remedy=f"{PAGE} says how to hold the board") from None
     source = f"{made.views} images, {made.rms_px:.2f} px left"

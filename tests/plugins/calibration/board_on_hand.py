@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.plugins.calibration.calibration import BoardView
+from kendama_cli.plugins.calibration.board import BoardView
 from kendama_cli.plugins.calibration.hand_eye import EndEffectorPose
 from kendama_cli.vision.cameras.camera_model import CameraModel
 from tests.plugins.calibration.board_views import BOARD, camera

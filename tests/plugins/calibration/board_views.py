@@ -5,7 +5,7 @@ import functools
 import cv2
 import numpy as np
 
-from kendama_cli.plugins.calibration.calibration import Board
+from kendama_cli.plugins.calibration.board import Board
 from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
 
 BOARD = Board(7, 5, 0.030, 0.022)

@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from kendama_cli.plugins.calibration.calibration import Board, calibrate, find_board
+from kendama_cli.plugins.calibration.board import Board, find_board
+from kendama_cli.plugins.calibration.calibration import calibrate
 from tests.plugins.calibration.board_views import BOARD, camera, pair, poses, view
 
 AT = np.array([0.2, -0.1, 0.3])

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kendama_cli.plugins.calibration.calibration import Board, calibrate, check_markers, find_board
+from kendama_cli.plugins.calibration.board import Board, check_markers, find_board
+from kendama_cli.plugins.calibration.calibration import calibrate
 from kendama_cli.plugins.calibration.one_lens import check_one_lens
 from kendama_cli.vision.cameras.camera_model import CameraModel
 from tests.plugins.calibration.board_views import BOARD, camera, poses, view

@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from kendama_cli.plugins.calibration.calibration import BoardView, CalibratedCamera, calibrate
+from kendama_cli.plugins.calibration.board import BoardView
+from kendama_cli.plugins.calibration.calibration import CalibratedCamera, calibrate
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
 from tests.plugins.calibration.board_views import BOARD
