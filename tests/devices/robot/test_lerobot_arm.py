@@ -276,10 +276,10 @@ def test_an_so101_by_lerobot_and_feetechs_sdk_plays_and_keeps_the_laws(servos: S
         for check in CHECKS:
             if check not in (check_time, check_feedforward):  # it counts no missed period, and takes no effort
                 check(lambda: open_robot(arm.settings, pa10, game))
-        released = servos.process.stdout.readline()  # of configuring, when it was connected
         arm.process.send_signal(signal.SIGTERM)
         assert arm.process.wait(timeout=60) == 0
-        released = servos.process.stdout.readline().split()
+        servos.process.kill()
+        released = servos.process.stdout.read().splitlines()[-1].split()  # those before are of configuring
     assert released[0] == "released"
     assert [float(q) for q in released[1:6]] == pytest.approx([0.0, -1.74, 1.68, 1.0, 0.0], abs=0.06)
 
