@@ -101,6 +101,9 @@ def aim_panel(attempts: TypedMessages[ImitationMessage]) -> Panel | None:
         miss, aim = made.canvas.subplots(2, 1, sharex=True)
         _draw_misses(miss, attempts.messages)
         _draw_aims(aim, attempts.messages)
+        for axes in (miss, aim):  # words and a motion as planned have no numbers to scale by
+            low, high = axes.get_ylim()
+            axes.set_ylim(min(low, -60.0), max(high, 60.0))
         aim.set_xlabel("rollout")
         aim.xaxis.set_major_locator(MaxNLocator(integer=True))
     return made.panel("Miss and aim of each rollout")
