@@ -19,7 +19,7 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; form-action 'none'; "
     "base-uri 'none'; frame-ancestors 'none'"
 )
-STRANGER = "this address has expired or is not complete: open the one that 'kendama camera train' printed last"
+STRANGER = "this address has expired or is not complete: open the one that kendama printed last"
 FAREWELL_S = 0.5
 """So long the page may take its last answer."""
 

@@ -58,9 +58,9 @@ def camera_train(
 
         train_ball(path, output or Path("ball.npz"), seed)
         return
-    from kendama_cli.plugins.films.draw import PageOptions, draw_boxes  # OpenCV
+    from kendama_cli.plugins.films.draw import PageOptions, boxes_folder, draw_boxes  # OpenCV
 
-    draw_boxes(path, output or Path(f"{path.stem}-boxes"), PageOptions(port, show))
+    draw_boxes(path, output or boxes_folder(path), PageOptions(port, show))
 
 
 def camera_detect(
@@ -138,7 +138,9 @@ def camera_track(
 ) -> None:
     """Track the ball through films: in pixels, and in metres where the cameras are calibrated.
 
-    Example: kendama camera track left=left.mp4 -o track.csv
+    Without --train, --box and --detector it opens the page of 'kendama camera train' first.
+
+    Example: kendama camera track swing.mp4 -o track.csv
     """
     from kendama_cli.plugins.films.detect import SeeingOptions  # OpenCV
     from kendama_cli.plugins.films.track import TrackOptions, track_films

@@ -1,10 +1,13 @@
-"""Boxes about the ball, drawn in a page: the work of ``camera train FILM``."""
+"""Boxes about the ball, drawn in a page: the work of ``camera train FILM`` and of ``camera track`` without boxes."""
 
 from __future__ import annotations
 
+import os
 import shlex
+import sys
 import threading
 import webbrowser
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,8 +33,41 @@ def draw_boxes(path: Path, folder: Path, options: PageOptions) -> None:
 
     Raises UsageError or InputError where the port is taken, or film or folder cannot serve.
     """
+    command = f"kendama camera track {shlex.quote(str(path))} --train {shlex.quote(str(folder))}"
+    try:
+        _serve(path, folder, options, [f"{command} -o {shlex.quote(path.stem + '.csv')}"], render.text)
+    except KeyboardInterrupt:
+        render.note("ended; nothing was written")
+
+
+def boxes_folder(path: Path) -> Path:
+    """Return the folder for the boxes of a film for which none is named."""
+    return Path(f"{path.stem}-boxes")
+
+
+def boxes_for_track(path: Path) -> Path | None:
+    """Return the folder of the boxes that somebody draws now; None without a terminal, or a browser that shows pages.
+
+    Raises what ``draw_boxes`` raises, and KeyboardInterrupt with none written.
+    """
+    here = sys.platform in ("darwin", "win32") and "SSH_CONNECTION" not in os.environ
+    if not (here or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))):
+        return None  # Python would find a browser of text
+    try:
+        webbrowser.get()
+    except webbrowser.Error:
+        return None
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return None
+    folder = boxes_folder(path)
+    _serve(path, folder, PageOptions(0, show=True), [], render.note)  # stdout is the track's, as for --json
+    return folder
+
+
+def _serve(path: Path, folder: Path, options: PageOptions, then: list[str], say: Callable[[str], None]) -> None:
+    """Serve the page until the boxes are written; its last lines, with ``then``, go to ``say``."""
     if folder.exists() and not folder.is_dir():
-        raise UsageError(f"-o {folder}: it is a file; the boxes of a film are written into a folder")
+        raise UsageError(f"{folder}: it is a file; the boxes of a film are written into a folder")
     film = VideoFile(path)
     listening = listen("127.0.0.1", options.port)
     render.note(f"{path}: reading its frames")
@@ -41,21 +77,12 @@ def draw_boxes(path: Path, folder: Path, options: PageOptions) -> None:
     def write() -> list[str]:
         images, drawn = boxes.write(film, folder)
         without = images - drawn
-        command = f"kendama camera track {shlex.quote(str(path))} --train {shlex.quote(str(folder))}"
-        return [
-            f"{folder}: {drawn} boxes" + (f", and {without} images without the ball" if without else ""),
-            f"{command} -o {shlex.quote(path.stem + '.csv')}",
-        ]
+        return [f"{folder}: {drawn} boxes" + (f", and {without} images without the ball" if without else ""), *then]
 
     page = BoxPage(listening, boxes, {"film": path.name, "folder": str(folder)}, write)
-    render.text(page.address)
+    say(page.address)
     render.note("draw boxes about the ball on that page; Ctrl-C ends without writing any")
     if options.show:  # a browser that does not return must not keep the page
         threading.Thread(target=webbrowser.open, args=(page.address,), daemon=True).start()
-    try:
-        lines = page.serve()
-    except KeyboardInterrupt:
-        render.note("ended; nothing was written")
-        return
-    for line in lines:
-        render.text(line)
+    for line in page.serve():
+        say(line)

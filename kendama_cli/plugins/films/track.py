@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from kendama_cli.errors import InputError, UsageError
 from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
 from kendama_cli.plugins.films.ball_film import FilmTrack
 from kendama_cli.plugins.films.detect import SeeingOptions, detector_name, open_seeing
+from kendama_cli.plugins.films.draw import boxes_for_track
 from kendama_cli.plugins.films.film_positions import FilmPositions, clock_offsets, from_one, from_several
 from kendama_cli.plugins.films.film_tracking import checked_length, tracked
 from kendama_cli.plugins.films.track_output import refuse_track, write_track
@@ -50,6 +51,8 @@ def track_films(
     boxes = [_box(text) for text in options.boxes]
     films = [VideoFile(path) for path in paths]
     cameras = _cameras(films, options)
+    if not boxes and seeing.teach is None and seeing.detector is None:
+        seeing = replace(seeing, teach=boxes_for_track(paths[0]))
     detector_name(seeing, boxes=bool(boxes))  # told before films are read
     lengths = [checked_length(film) for film in films]
     opened = open_seeing(seeing, _shown(films[0], lengths[0], boxes))
