@@ -73,7 +73,8 @@ def camera_detect(
     override: DetectorSettingsOption = None,
     balls: Annotated[int, typer.Option(metavar="N", min=1, help="Most balls in one image.")] = 1,
     score: Annotated[
-        Path | None, typer.Option(metavar="LABELS", help="Compare with the boxes in this folder, and say how well.")
+        Path | None,
+        typer.Option(metavar="LABELS", help="Compare with the boxes in this folder; tell thresholds by precision."),
     ] = None,
     seed: Seed = 0,
     as_json: Json = False,

@@ -5,13 +5,11 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
-
-import numpy as np
 
 from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output, write_output
@@ -20,8 +18,9 @@ from kendama_cli.config.site import Site
 from kendama_cli.devices.camera.video import read_image
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, BallBox, TrainedImage
-from kendama_cli.plugins.films.boxes import image_files, labelled, read_boxes, read_labelled
+from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, TrainedImage
+from kendama_cli.plugins.films.boxes import image_files, labelled, read_labelled
+from kendama_cli.plugins.films.comparison import compare, scored_boxes
 from kendama_cli.plugins.films.self_training import trained_on_film
 from kendama_cli.plugins.films.settings import NetworkDetectorSettings, TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
@@ -92,8 +91,10 @@ def detector_name(options: SeeingOptions, *, boxes: bool) -> str:
     return "trained"
 
 
-def open_seeing(options: SeeingOptions, shown: Sequence[TrainedImage] = ()) -> Seeing:
+def open_seeing(options: SeeingOptions, shown: Sequence[TrainedImage] = (), *, without: Path | None = None) -> Seeing:
     """Open the detector of the options; ``shown`` are images with boxes beside those of ``options.teach``.
+
+    The image ``without`` is left out of the training.
 
     Raises UsageError where name and boxes contradict each other, InputError where they teach nothing.
     """
@@ -106,7 +107,7 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TrainedImage] = ()) -> S
     if isinstance(settings, TrainedDetectorSettings) and by_boxes:
         images = list(shown)
         if options.teach is not None:
-            images += [read_labelled(one) for one in labelled(options.teach)]
+            images += [read_labelled(one) for one in labelled(options.teach) if one.image.resolve() != without]
         ball = trained(options.teach or Path("--box"), images, options.seed)
         made = partial(TrainedDetector, settings)
 
@@ -128,10 +129,15 @@ def detect_balls(
         for _ in scored_boxes(files, score):
             pass  # what is wrong with a file of boxes is told before the work
     seeing = open_seeing(options)
-    found: dict[Path, list[Sighting]] = {}
+    own = set() if score is None or options.teach is None else {one.image.resolve() for one in labelled(options.teach)}
+    own &= {file.resolve() for file in files}
+    if own:
+        render.note(f"{len(own)} of the images train the detector: each is scored by a training on the others alone")
+    candidates: dict[Path, list[Sighting]] = {}
     for file in files:
-        candidates = islice(seeing.detector.candidates(read_image(file)), options.balls)
-        found[file] = [one for one in candidates if one.score >= seeing.threshold]
+        seen_by = open_seeing(options, without=file.resolve()) if file.resolve() in own else seeing
+        candidates[file] = list(islice(seen_by.detector.candidates(read_image(file)), options.balls))
+    found = {file: [one for one in some if one.score >= seeing.threshold] for file, some in candidates.items()}
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(("file", "u_px", "v_px", "radius_px", "score"))
@@ -142,66 +148,10 @@ def detect_balls(
     write_output(output, text.getvalue().encode())
     seen = sum(bool(sightings) for sightings in found.values())
     figures = {"images": len(files), "seen": seen, "output": str(output)}
-    scored = None if score is None else dataclasses.asdict(compare(found, score))
+    scored = None if score is None else dataclasses.asdict(compare(candidates, score, seeing.threshold))
     if as_json:
         render.document(figures | ({} if scored is None else scored))
         return
     render.text(f"{output}: the ball is seen in {seen} of {len(files)} images")
     if scored is not None:
         render.table([(name, render.figure(value)) for name, value in scored.items()])
-
-
-def scored_boxes(images: Sequence[Path], labels: Path) -> Iterator[tuple[Path, Sequence[BallBox]]]:
-    """Yield each image that has a file of boxes in ``labels``, with them; raises InputError if none has."""
-    files = {path.stem: path for path in sorted(labels.rglob("*.txt"))} if labels.is_dir() else {}
-    if not files:
-        raise InputError(str(labels), "it holds no file of boxes", remedy="give the folder labels/ of the images")
-    known = [image for image in images if image.stem in files]
-    if not known:
-        raise InputError(
-            str(labels), "no file of boxes in it has an image's name", remedy="give labels of these images"
-        )
-    for image in known:
-        pixels = read_image(image)
-        yield image, read_boxes(files[image.stem], pixels.shape[1], pixels.shape[0])
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Sightings against boxes: a hit has its centre in a box."""
-
-    boxes: int
-    sightings: int
-    hits: int
-    recall: float | None
-    precision: float | None
-    error_radii_p50: float | None
-
-
-def compare(found: dict[Path, list[Sighting]], labels: Path) -> Comparison:
-    """Compare sightings with the boxes in ``labels``, a folder as of ``labelled`` or of text files alone."""
-    boxes = hits = sightings = 0
-    errors = []
-    for file, shown in scored_boxes(list(found), labels):
-        left, seen = list(shown), found[file]
-        boxes += len(left)
-        sightings += len(seen)
-        for one in seen:
-            off = [one.centre_px - (box.u_px, box.v_px) for box in left]
-            inside = [
-                i
-                for i, (box, (u, v)) in enumerate(zip(left, off, strict=True))
-                if abs(u) <= box.width_px / 2 and abs(v) <= box.height_px / 2
-            ]
-            if inside:
-                hits += 1
-                errors.append(float(np.hypot(*off[inside[0]])) / left[inside[0]].radius_px)
-                left.pop(inside[0])
-    return Comparison(
-        boxes,
-        sightings,
-        hits,
-        hits / boxes if boxes else None,
-        hits / sightings if sightings else None,
-        float(np.median(errors)) if errors else None,
-    )
