@@ -38,7 +38,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class OwnLenses:
-    """What each of v views says of the common lens: its own numbers (v, 3) and their information (v, 3, 3)."""
+    """Numbers of the lens by each of v views alone (v, 3), and their information (v, 3, 3)."""
 
     values: Array
     information: Array
