@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.errors import KendamaError, MissingPartError, install_line
+from kendama_cli.errors import KendamaError, install_line
 from kendama_cli.pipeline.record import versions
 from kendama_cli.robot_model.display import SONAMES
 from kendama_cli.schema.registry import declared, groups, resolve
@@ -101,8 +101,6 @@ def _declared() -> list[Part]:
                 targets[f"{group} {name}"] = _named(declaration)
                 if needs := getattr(declaration, "needs", ""):
                     outer[f"{group} {name}"] = f"needs {needs}"
-            except MissingPartError as error:
-                outer[f"{group} {name}"] = str(error)
             except KendamaError as error:
                 broken[f"{group} {name}"] = str(error)
     for key, problem in _problems(targets).items():

@@ -14,7 +14,13 @@ from tests.cli.typed import kendama, refused
 
 PACKAGE = Path(kendama_cli.__file__).parent
 BANNED = {*"what whether how where which when those of as by from its to for".split()}  # noqa: SIM905
-PARTS = [PACKAGE / "stages", PACKAGE / "plugins/interact", PACKAGE / "plugins/mujoco", PACKAGE / "report"]
+PARTS = [
+    PACKAGE / "stages",
+    PACKAGE / "plugins/bench",
+    PACKAGE / "plugins/interact",
+    PACKAGE / "plugins/mujoco",
+    PACKAGE / "report",
+]
 SENTENCES = {
     **{f"{one.name} {name}": words for one in declarations() for name, words in one.metrics.items()},
     **{name: words for one in declarations() for name, words in (*one.topic_words.items(), *one.figures.items())},

@@ -73,7 +73,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "kendama cache ls",
         pytest.param("kendama doctor", marks=pytest.mark.slow),
         "kendama course list",
-        "kendama robot describe",
+        "kendama robot describe robot.home_rad=null",
         "kendama runs --filter nothing=3",
     ],
 )

@@ -41,7 +41,7 @@ def dust() -> None:
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A package with a group of commands, one command for a group of ours, and one that cannot be imported."""
     (tmp_path / "bench_commands.py").write_text(COMMANDS)
-    entries = "bench = bench_commands:bench_app\ncamera.dust = bench_commands:dust\nworn = bench_nowhere:app"
+    entries = "lathe = bench_commands:bench_app\ncamera.dust = bench_commands:dust\nworn = bench_nowhere:app"
     declare_installed(tmp_path, "bench", {"kendama.commands": entries})
     monkeypatch.syspath_prepend(str(tmp_path))
     forget()
@@ -59,12 +59,12 @@ def forget() -> None:
 def test_commands_of_a_package_are_carried_out_and_stand_in_the_help(
     bench: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["bench", "level", "--by-mm", "2"]) == 3
+    assert main(["lathe", "level", "--by-mm", "2"]) == 3
     assert main(["camera", "dust"]) == 0
     assert capfd.readouterr().out == "levelled by 2.0 mm\ndusted\n"
-    assert main(["--help"]) == main(["camera", "--help"]) == main(["bench", "-h"]) == 0
+    assert main(["--help"]) == main(["camera", "--help"]) == main(["lathe", "-h"]) == 0
     shown = capfd.readouterr().out
-    for line in ("bench A bench.", "dust Dust the lens.", "level Level the bench."):
+    for line in ("lathe A bench.", "dust Dust the lens.", "level Level the bench."):
         assert line in " ".join(shown.split())
 
 

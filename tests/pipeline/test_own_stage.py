@@ -96,7 +96,7 @@ def test_a_run_of_a_stage_that_is_no_longer_installed_still_has_a_page(toy: ToyP
     [
         ("toy_roll = toy.numbers:SCALE", "it must name a StageDeclaration of name 'toy_roll'"),
         ("toy_roll = toy.nowhere:STAGE", "stage 'toy_roll' needs module 'toy.nowhere', which is not installed"),
-        ("other = toy.roll:STAGE", "no stage 'toy_roll'; there are adapt, capture, encode, identify, "),
+        ("other = toy.roll:STAGE", "no stage 'toy_roll'; there are adapt, bench, capture, encode, identify, "),
     ],
 )
 def test_a_wrong_entry_point_is_named_in_one_line(toy: ToyProject, entry: str, says: str) -> None:

@@ -39,6 +39,7 @@ def write_run(folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
         "rehearse": write_rehearsal,
         "interact": write_interaction,
         "measure": _measure,
+        "bench": _bench,
     }
     logs = {}
     for number, (name, write) in enumerate(writers.items()):
@@ -48,6 +49,14 @@ def write_run(folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
         log.finish(logs[name], stage=name, settings=settings, metrics=metrics)
     stages = [{"name": name, "status": "ran"} for name in writers]
     return {"run": "20260101-120000-abcd", "pipeline": "kendama", "overrides": ["seed=1"], "stages": stages}, logs
+
+
+def _bench(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+    for index in range(60):
+        total = float(5 * index + 20 * rng.standard_normal())
+        message = {"index": index, "explored": index % 3 == 0, "total_reward": total, "steps": 10 + index}
+        log.write("/bench/episode", float(index), message)
+    return {"bench": {"environment": "CartPole-v1"}}, {"frozen_return": 280.0, "replayed_return": 40.0, "episodes": 60}
 
 
 def _capture(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -9,7 +9,6 @@ from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.artifact_place import LOG, log_path
 from kendama_cli.pipeline.log_export import ExportRequest
 from kendama_cli.pipeline.record import find_run, past_runs
-from kendama_cli.plugins.lerobot.dataset import write_dataset
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.declaration import find_stage, stage_names
 from kendama_cli.schema.registry import resolve
@@ -69,6 +68,8 @@ def _write(path: Path, target: Path, fps: int) -> bool:
             continue
         made = resolve(declaration.episodes, f"the episodes of stage '{name}'")(log, fps)
         if made is not None:
+            from kendama_cli.plugins.lerobot.dataset import write_dataset  # noqa: PLC0415 - needs the extra parquet
+
             write_dataset(made, target)
             return True
     return False

@@ -82,9 +82,9 @@ def test_a_notebook_that_ends_its_process_is_told(tmp_path: Path) -> None:
         ),
         (
             ("board", "random_replay", "sarsas"),
-            "there is no learner 'sarsas'; allowed: cma, dyna, energy_",
+            "there is no learner 'sarsas'; allowed: agent, bayes, clone",
         ),
-        (("board", "random_replay", "seed=3"), "there is no learner 'seed=3'; allowed: cma, dyna, "),
+        (("board", "random_replay", "seed=3"), "there is no learner 'seed=3'; allowed: agent, bayes, "),
         (("board", "--task", "no"), "there is no task 'no'; allowed: easy, hard, hard_random, paper"),
     ],
 )
