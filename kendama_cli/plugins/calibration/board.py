@@ -23,7 +23,7 @@ CHARUCO, TAGS, STAGGERED, CIRCLES, CHESSBOARD = KINDS = ("charuco", "tags", "sta
 """In the order in which they are tried: circles may pass for a chessboard, and the markers of one for tags."""
 OFF_PLANE = 0.12
 """Of a square: rms by which points of another kind do not lie in a plane as they should."""
-OPENCV_NAMES = {"staggered": "an asymmetric grid of circles", "tags": "a grid of tags", "circles": "a grid of circles"}
+NAMES = {"staggered": "an asymmetric grid of circles", "tags": "a grid of tags", "circles": "a grid of circles"}
 DICTIONARIES = (
     *("4X4_1000", "5X5_1000", "6X6_1000", "7X7_1000", "ARUCO_ORIGINAL"),
     *("APRILTAG_36h11", "APRILTAG_25h9", "APRILTAG_16h5", "APRILTAG_36h10"),
@@ -53,8 +53,8 @@ class Board:
         if self.kind == CHESSBOARD:
             return f"a chessboard of {size} squares of {square} ({self.columns - 1}x{self.rows - 1} inner corners)"
         if self.kind in (CIRCLES, STAGGERED):
-            return f"{OPENCV_NAMES[self.kind]}, {size}, {square} from row to row"
-        what = f"a ChArUco board of {size} squares" if self.kind == CHARUCO else f"{OPENCV_NAMES[TAGS]}, {size}"
+            return f"{NAMES[self.kind]}, {size}, {square} from row to row"
+        what = f"a ChArUco board of {size} squares" if self.kind == CHARUCO else f"{NAMES[TAGS]}, {size}"
         return f"{what} of {square}, markers of {self.marker_m * 1e3:g} mm, dictionary {self.dictionary}"
 
     def charuco(self, *, legacy: bool = False) -> cv2.aruco.CharucoBoard:
