@@ -25,7 +25,8 @@ int main(int count, char** words) {
     }
     const auto was = at;
     const auto& target = line.command().position_rad;
-    if (!line.reason().empty() || heard == kendama::Heard::nothing) {  // no command: brake within the limits
+    const bool told = heard == kendama::Heard::reset || heard == kendama::Heard::command;
+    if (!line.reason().empty() || !told) {  // no command: brake within the limits
       heard = kendama::Heard::nothing, t_s += PERIOD_S;
       for (size_t i = 0; i < 7; ++i) {
         speed[i] = std::copysign(std::max(std::abs(speed[i]) - BRAKING * PERIOD_S, 0.0), speed[i]);

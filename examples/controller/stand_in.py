@@ -31,7 +31,7 @@ def main(key_file: str, port: int, watchdog_s: float = 0.25) -> None:
             now = line.poll(left_s)
             heard = now if now is not Heard.NOTHING else heard
         was = at
-        if line.reason is not None or heard is Heard.NOTHING:  # no command: brake within the limits
+        if line.reason is not None or heard not in (Heard.RESET, Heard.COMMAND):  # no command: brake within the limits
             heard, t_s = Heard.NOTHING, t_s + PERIOD_S
             speed = tuple(math.copysign(max(abs(one) - BRAKING * PERIOD_S, 0.0), one) for one in speed)
             at = tuple(a + one * PERIOD_S for a, one in zip(at, speed, strict=True))
