@@ -55,6 +55,11 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception as error:
         if os.environ.get("KENDAMA_DEBUG"):
             raise
+        if isinstance(error, ModuleNotFoundError):  # a part's library, of an extra
+            render.error(
+                f"this needs module '{error.name}', which is not installed; 'kendama doctor' says what brings it"
+            )
+            return 2
         render.error(f"{type(error).__name__}: {error} (unexpected; KENDAMA_DEBUG=1 shows its traceback)")
         code = 1
     if code == INTERRUPTED:  # typer itself turns Ctrl-C inside a command into this code

@@ -14,6 +14,7 @@ import pytest
 from gymnasium import spaces
 
 from kendama_cli.api import configuration
+from kendama_cli.cli.main import main
 from kendama_cli.errors import ConfigError, StageError
 from kendama_cli.learning.sarsa import ValueTable
 from kendama_cli.learning.updates import Transition
@@ -146,3 +147,16 @@ def test_exploration_by_single_random_actions_learns_too():
     returns = [learner.episode().total_reward for _ in range(200)]
     assert np.mean(returns[-50:]) > np.mean(returns[:50])
     assert np.isnan(learner.evaluated(2)["replayed_return"])
+
+
+def test_without_gymnasium_the_command_says_so(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in [one for one in sys.modules if one.startswith("kendama_cli.plugins.bench.")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "gymnasium", None)
+    assert main(["bench", "CartPole-v1"]) == 2
+    assert (
+        capsys.readouterr().err
+        == "kendama: module 'gymnasium' is not installed; 'kendama doctor' says what brings it\n"
+    )
