@@ -56,7 +56,7 @@ def play(
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("starlette", "uvicorn", "websockets"):
             raise
-        message = f"'kendama play' needs {error.name}: {install_line('play')}"
+        message = f"'kendama play' needs {error.name}: {install_line('phone' if phone else 'play')}"
         raise MissingPartError(str(error.name), message) from None
     asked = overrides or []
     taker = [] if any(one.startswith("capture=") for one in asked) else ["capture=play"]
