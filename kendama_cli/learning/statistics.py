@@ -29,11 +29,11 @@ class LearningCount:
     """Rollouts before the first of those in a row after which the policy counts as solved."""
     succeeded_ever: bool = False
     greedy_failed: bool = False
-    """Whether the last rollout was a greedy one that failed."""
+    """True where the last rollout was a greedy one that failed."""
     explored_in_a_row: int = 0
     """Exploring rollouts since the last greedy one."""
     ended: bool = False
-    """Whether the learner takes no more rollouts, though none of the rule's ends is reached."""
+    """True where the learner takes no more rollouts, though none of the rule's ends is reached."""
 
     def after(self, *, explored: bool, success: bool, settings: CountSettings) -> LearningCount:
         """Return the count after one more rollout."""

@@ -1,4 +1,4 @@
-"""What a laboratory adds to the perturbed simulations, and that the other presets add nothing."""
+"""Errors that a laboratory adds to the perturbed simulations; the other presets add none."""
 
 from __future__ import annotations
 

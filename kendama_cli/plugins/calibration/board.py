@@ -22,13 +22,13 @@ MARKER_TOLERANCE = 0.1
 CHARUCO, TAGS, STAGGERED, CIRCLES, CHESSBOARD = KINDS = ("charuco", "tags", "staggered", "circles", "chessboard")
 """In the order in which they are tried: circles may pass for a chessboard, and the markers of one for tags."""
 OFF_PLANE = 0.12
-"""Of a square: rms by which points of another kind do not lie in a plane as they should."""
+"""Largest rms distance of a kind's points to where a plane would show them [squares]."""
 NAMES = {"staggered": "an asymmetric grid of circles", "tags": "a grid of tags", "circles": "a grid of circles"}
 DICTIONARIES = (
     *("4X4_1000", "5X5_1000", "6X6_1000", "7X7_1000", "ARUCO_ORIGINAL"),
     *("APRILTAG_36h11", "APRILTAG_25h9", "APRILTAG_16h5", "APRILTAG_36h10"),
 )
-"""Of OpenCV, each the largest of its family: the smaller ones are its beginning."""
+"""OpenCV's dictionaries, each the largest of its family: the smaller ones are its beginning."""
 
 Grey = NDArray[np.uint8]
 
@@ -100,7 +100,7 @@ class BoardView:
 
 
 class BoardSearch:
-    """Search for a board in images: of which of ``kinds`` it is tells the first image that shows one."""
+    """Search for a board in images; the first image that shows one tells its kind."""
 
     def __init__(self, board: Board, kinds: Sequence[str] = KINDS) -> None:
         self.board = board
@@ -174,8 +174,9 @@ def _chessboard(board: Board, grey: Grey, name: str) -> BoardView | None:
 
 
 def _first_is_black(board: Board, grey: Grey, pixels: Array) -> bool:
-    """Return True where the first square is darker than its neighbour; so if both ways round show the same squares,
-    and the board's rows run to the right.
+    """Return True where the points begin at the board's black corner square.
+
+    Where both ways round show the same squares: where its rows run to the right in the image.
     """
     if (board.columns + board.rows) % 2 == 0:
         return bool(pixels[-1, 0] > pixels[0, 0])

@@ -139,8 +139,7 @@ def _to_other(
 def _board_to_world(board: Board, centre_m: Array) -> Array:
     """Return the map (4, 4) of the board's axes into the world's, where it lies with its print upwards."""
     axes = np.diag([1.0, -1.0, -1.0])
-    middle = np.array([board.columns, board.rows, 0.0]) * board.square_m / 2
-    return _pose(axes, centre_m - axes @ middle)
+    return _pose(axes, centre_m - axes @ board.corners_m.mean(axis=0))
 
 
 def _pose(rotation: Array, shift: Array) -> Array:

@@ -35,7 +35,7 @@ class Request:
 
     camera: int
     quality: int
-    """Of a JPEG; 0: unchanged pixels"""
+    """JPEG quality; 0 for unchanged pixels"""
     after_s: float
     region: tuple[int, int, int, int]
 

@@ -28,7 +28,7 @@ Maker = Callable[[Any, int], Any]
 
 @pytest.fixture
 def agent(monkeypatch: pytest.MonkeyPatch) -> Callable[[Maker], LearnSettings]:
-    """What makes the settings of an agent that trains for five rollouts."""
+    """Maker of the settings of an agent that trains for five rollouts."""
 
     def chosen(make: Maker, **own: Any) -> LearnSettings:
         monkeypatch.setattr(AGENTS, "maker", lambda kind: make)

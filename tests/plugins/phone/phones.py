@@ -75,7 +75,7 @@ BMI160 = Sensors(noise_m_s2=0.0125, bias_rad_s=np.radians(3.0), noise_rad_s=np.r
 """The same with the BMI160's zero-rate offset of 3 deg/s, and a little more noise, which is assumed."""
 
 UPRIGHT = Rotation.from_matrix([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""From the axes of a phone whose top edge is up and whose screen is towards the player to the room's."""
+"""Rotation from the axes of a phone, top edge up and screen towards the player, to the room's."""
 
 
 def take(

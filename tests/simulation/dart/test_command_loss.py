@@ -11,7 +11,7 @@ from kendama_cli.simulation.dart.command_loss import CommandLoss
 
 
 def test_as_many_commands_are_lost_as_declared_in_bursts_of_the_declared_length() -> None:
-    """Of 100 000 commands; a burst's length has the standard deviation of a geometric one, 4.5."""
+    """100 000 commands; a burst's length has the standard deviation of a geometric one, 4.5."""
     loss = CommandLoss(0.03, 5.0, 1, np.random.default_rng(10000))
     lost = []
     for command in range(100_000):

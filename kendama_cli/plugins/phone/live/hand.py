@@ -21,10 +21,10 @@ from kendama_cli.schema.arrays import Array
 
 MOST_SAMPLES, LARGEST = 500, 1e5
 BEFORE_S, LONGEST_S = 1.0, 30.0
-"""Of the rest before a motion so much is taken; a try is as long at most."""
+"""Time taken of the rest before a motion, and the longest try."""
 MAX_GAP_S = 0.06
 STALE_S = 2.5
-"""After so long a motion without a halt the drawn cup has strayed visibly."""
+"""Length of a motion without a halt after which the drawn cup has strayed visibly."""
 STRAY_M, STRAY_S = 0.026, 2.0
 """Usual sensors stray by so much in that time (median of 40 simulated phones), and with its square."""
 AFTER_S = 1.5
