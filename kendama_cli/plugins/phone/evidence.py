@@ -20,6 +20,7 @@ MAX_FORCE_CHANGE_M_S2, MAX_RATE_CHANGE_DEG_S = 0.1, 0.3
 MAX_VELOCITY_LEFT_M_S = 1.0
 """Sensors that leave so much have measured no swing of a hand, which reaches 0.5 to 3 m/s."""
 LONG_S, SHORT_REST_S, GREAT_TURN_DEG = 2.0, 0.5, 60.0
+MAX_PAUSE_S = 1.0
 POOR_M = 0.15
 """A swing bent by 30 to 90 mm was still caught."""
 FAST_RAD_S, FAST_M_S2 = 8.0, 35.0
@@ -106,13 +107,7 @@ def suspicions(motions: Sequence[Motion], signals: Signals) -> list[str]:
         ):
             chosen = (sensor.t_s >= begin_s) & (sensor.t_s <= end_s)
             values, steps = sensor.values[chosen], np.diff(sensor.t_s[chosen])
-            if steps.size and steps.max() > signals.max_gap_s:
-                raise InputError(
-                    sensor.path,
-                    f"no sample of the {name} for {1e3 * steps.max():.0f} ms; allowed: {1e3 * signals.max_gap_s:.0f}",
-                    where=f"{sensor.t_s[chosen][steps.argmax()] - signals.t_s[0]:.2f} s",
-                    remedy="close other apps or choose a lower rate, record again, or raise capture.max_gap_s",
-                )
+            _check_gaps(sensor.path, name, sensor.t_s[chosen] - signals.t_s[0], signals.max_gap_s)
             if steps.size and steps.max() > 2.5 * np.median(steps):
                 doubts.append(f"the {name} has gaps of up to {1e3 * steps.max():.0f} ms: choose a lower rate")
             if (flat := flat_top(values)) is not None:
@@ -120,6 +115,23 @@ def suspicions(motions: Sequence[Motion], signals: Signals) -> list[str]:
             elif (peak := float(np.linalg.norm(values, axis=1).max(initial=0.0))) > limit:
                 doubts.append(f"the {name} peaks at {peak:.0f} {unit}, where its scale weighs: swing more gently")
     return list(dict.fromkeys(doubts))
+
+
+def check_pauses(signals: Signals) -> None:
+    """Raise InputError where a sensor pauses for longer than a rest bears, or its clock was set ahead."""
+    for sensor, name in ((signals.accelerometer, "accelerometer"), (signals.gyroscope, "gyroscope")):
+        _check_gaps(sensor.path, name, sensor.t_s - signals.t_s[0], max(MAX_PAUSE_S, signals.max_gap_s))
+
+
+def _check_gaps(path: str, name: str, t_s: Array, allowed_s: float) -> None:
+    gap_s = np.diff(t_s).max(initial=0.0)
+    if gap_s > allowed_s:
+        raise InputError(
+            path,
+            f"no sample of the {name} for {1e3 * gap_s:.0f} ms; allowed: {1e3 * allowed_s:.0f}",
+            where=f"{t_s[np.diff(t_s).argmax()]:.2f} s",
+            remedy="close other apps or choose a lower rate, record again, or raise capture.max_gap_s",
+        )
 
 
 def flat_top(values: Array) -> float | None:

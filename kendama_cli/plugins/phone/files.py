@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import zipfile
 import zlib
 from dataclasses import dataclass
@@ -25,11 +26,15 @@ EXPORT = "export it as CSV (phyphox: Export Data, 'CSV (Comma, decimal point)')"
 
 @dataclass(frozen=True)
 class Table:
-    """One table of an app: the file's name without its ending, and its columns as text or numbers."""
+    """One table of an app: the file's name without its ending, and its columns as text or numbers.
+
+    A ``problem`` with its rows, which ``frame`` lacks then, matters only where the table is used.
+    """
 
     path: str
     stem: str
     frame: pd.DataFrame
+    problem: str | None = None
 
 
 @dataclass(frozen=True)
@@ -55,15 +60,16 @@ def read_exports(paths: tuple[str, ...]) -> list[Export]:
             for member, content in _members(path):
                 place = PurePosixPath(member)
                 folder = str(place.parent)
-                groups.setdefault((path, folder), []).append(_table(f"{path}/{member}", place.stem, content))
+                if content.strip():  # of a sensor that the phone lacks
+                    groups.setdefault((path, folder), []).append(_table(f"{path}/{member}", place.stem, content))
         else:
             if file.stat().st_size > MAX_BYTES:
                 raise InputError(path, f"{file.stat().st_size >> 20} MB; allowed: {MAX_BYTES >> 20}", remedy=EXPORT)
             groups.setdefault((str(file.parent), ""), []).append(_table(path, file.stem, file.read_bytes()))
     exports = []
     for (path, folder), tables in groups.items():
-        name = PurePosixPath(folder).name or Path(path).stem
-        exports.append(Export(path, name, tuple(tables)))
+        alone = tables[0].path if not folder and len(tables) == 1 else path
+        exports.append(Export(alone, PurePosixPath(folder).name or Path(alone).stem, tuple(tables)))
     return exports
 
 
@@ -89,7 +95,7 @@ def _members(path: str) -> list[tuple[str, bytes]]:
                 found.append((entry.filename, content))
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError, zlib.error) as wrong:
         raise InputError(path, f"cannot be unpacked ({wrong})", remedy=EXPORT) from None
-    if not found:
+    if not any(content.strip() for _, content in found):
         raise InputError(path, f"no table in the zip; it has {', '.join(names[:8]) or 'nothing'}", remedy=EXPORT)
     return found
 
@@ -105,8 +111,16 @@ def _table(path: str, stem: str, content: bytes) -> Table:
         raise InputError(path, "is empty, no row", remedy=EXPORT)
     mark = max("\t;,", key=lines[0].count)
     comma = mark != "," and any("," in line for line in lines[1:20])
-    try:
-        frame = pd.read_csv(StringIO("\n".join(lines)), sep=mark, decimal="," if comma else ".", index_col=False)
-    except (ValueError, pd.errors.ParserError) as wrong:
-        raise InputError(path, f"is no table ({' '.join(str(wrong).split())[:120]})", remedy=EXPORT) from None
-    return Table(path, stem, frame.rename(columns=lambda name: str(name).strip().strip('"')))
+    head, *rows = (line.rstrip(mark) for line in lines)
+    names, first = (next(csv.reader([line], delimiter=mark)) for line in (head, rows[0] if rows else ""))
+    problem = None
+    frame = pd.DataFrame(columns=names)
+    if len(first) > len(names):
+        problem = f"{len(first)} cells in the first row, {len(names)} in the head, with '{mark}' between them"
+    else:
+        try:
+            text = "\n".join([head, *rows])
+            frame = pd.read_csv(StringIO(text), sep=mark, decimal="," if comma else ".", index_col=False)
+        except (ValueError, pd.errors.ParserError) as wrong:
+            problem = f"is no table ({' '.join(str(wrong).split())[:120]})"
+    return Table(path, stem, frame.rename(columns=lambda name: str(name).strip().strip('"')), problem)

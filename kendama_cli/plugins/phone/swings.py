@@ -16,17 +16,19 @@ from kendama_cli.devices.demonstrator.swing_axes import check_axes
 from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import exponential, inverse, mapped, matrix_of, multiply, rotated
 from kendama_cli.plugins.phone.estimate import Motion, motion_between
-from kendama_cli.plugins.phone.evidence import Signals, check_motion, check_rests, report, suspicions
+from kendama_cli.plugins.phone.evidence import Signals, check_motion, check_pauses, check_rests, report, suspicions
 from kendama_cli.plugins.phone.files import Export, read_exports
 from kendama_cli.plugins.phone.rests import find_rests
 from kendama_cli.plugins.phone.settings import PhoneCapture
 from kendama_cli.plugins.phone.strapdown import sampled
-from kendama_cli.plugins.phone.tables import WITH_GRAVITY, Signal, gravity_sign, signals_of
+from kendama_cli.plugins.phone.tables import WITH_GRAVITY, Signal, gravity_sign, recordings_in, signals_of
 from kendama_cli.schema.arrays import Array
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 IN_G, IN_M_S2 = (0.8, 1.3), (9.2, 10.4)
-WITHOUT_M_S2 = 0.5
+WITHOUT_M_S2, MAX_USUAL_M_S2 = 0.5, 50.0
+GRAVITY = "gravity is 9.8 m/s^2, or 1 g"
+KNOWN_UNIT = "export it in m/s^2 or g"
 MOVING_M_S, MOVING_M_S2 = 0.15, 0.08
 """A quiet stretch is a rest unless the velocity there is more than sensors can pretend, which grows with the time."""
 
@@ -43,7 +45,14 @@ class Reconstruction:
 def open_phone(settings: PhoneCapture) -> Sequence[RecordedDemonstrator]:
     """Open a demonstrator for every swing in every recording; raises InputError for what cannot be a swing."""
     paths = (settings.path,) if isinstance(settings.path, str) else settings.path or ()
-    return hands_of([swing for one in read_exports(paths) for swing in swings_of(one, settings)])
+    return hands_of(
+        [
+            swing
+            for export in read_exports(paths)
+            for one in recordings_in(export, settings)
+            for swing in swings_of(one, settings)
+        ]
+    )
 
 
 def swings_of(export: Export, settings: PhoneCapture) -> list[Recording]:
@@ -84,6 +93,7 @@ def reconstructed(export: Export, settings: PhoneCapture) -> Reconstruction:
 def reconstructed_from(path: str, name: str, signals: Signals) -> Reconstruction:
     """Return the path of the sensor over ``signals``, called ``name`` and of the file ``path`` in errors."""
     t_s, force, rate = signals.t_s, signals.force(signals.t_s), signals.rate(signals.t_s)
+    check_pauses(signals)
     quiet = find_rests(signals.step_s, force, rate)
     check_rests(path, quiet, len(t_s), signals.step_s)
     _check_gravity(signals.accelerometer.path, force[quiet[0].first : quiet[0].last + 1])
@@ -142,6 +152,8 @@ def on_one_clock(path: str, force: Signal, rate: Signal, max_gap_s: float) -> Si
     if count > MAX_SAMPLES:
         raise InputError(path, f"{end_s - begin_s:.0f} s; that is a whole session", remedy="cut it to the swings")
     usual = float(np.median(np.linalg.norm(force.values, axis=1)))
+    if usual > MAX_USUAL_M_S2:
+        raise InputError(force.path, f"the acceleration is {usual:.4g} in the median; {GRAVITY}", remedy=KNOWN_UNIT)
     unit = STANDARD_GRAVITY_M_S2 if IN_G[0] <= usual <= IN_G[1] else 1.0
     force = replace(force, values=unit * force.values)
     rate = replace(rate, values=rate.values * (math.pi / 180 if rate.unit == "deg" else 1.0))
@@ -155,7 +167,7 @@ def _check_gravity(path: str, at_rest: Array) -> None:
     size = float(np.linalg.norm(at_rest.mean(axis=0)))
     if IN_M_S2[0] <= size <= IN_M_S2[1]:
         return
-    problem = f"the acceleration at rest is {size:.2f}; gravity is 9.8 m/s^2, or 1 g"
+    problem = f"the acceleration at rest is {size:.2f}; {GRAVITY}"
     if size < WITHOUT_M_S2:
         raise InputError(path, f"{problem}: it is without gravity", remedy=WITH_GRAVITY)
     raise InputError(path, problem, remedy="hold the phone still for a second before the swing, and record it again")

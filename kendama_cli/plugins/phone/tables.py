@@ -15,12 +15,17 @@ import numpy as np
 from kendama_cli.devices.demonstrator.tidy import even_times
 from kendama_cli.devices.recordings.text_table import times
 from kendama_cli.errors import InputError
-from kendama_cli.plugins.phone.files import Export, Table
+from kendama_cli.plugins.phone.files import EXPORT, Export, Table
 from kendama_cli.plugins.phone.settings import PhoneCapture
 from kendama_cli.schema.arrays import Array
 
 MIN_HZ, MAX_HZ = 45.0, 1100.0
 """A swing is resolved from 50 Hz on; phones give up to 500 Hz, and chips 1000 Hz."""
+MIN_TIMES = 21
+MAX_VALUE = 1e6
+"""Beyond any sensor in any unit."""
+LATE_STEPS = 5
+"""A phone hands samples over late by so many; a clock that was set back by more mixes the samples."""
 WHOLE = 10**15
 """A float holds whole numbers up to here exactly; of larger stamps (ns since 1970) a multiple is taken away."""
 DAY_NS = 86_400 * 10**9
@@ -48,12 +53,18 @@ def signals_of(export: Export, settings: PhoneCapture) -> tuple[Signal, Signal]:
 
     Raises InputError for a table without one of them, and for acceleration without gravity alone.
     """
-    found: dict[str, Signal] = {}
+    found: dict[str, tuple[Table, list[str]]] = {}
     kinds = [(table, kind, names) for table in export.tables for kind, names in _quantities(table, settings).items()]
-    for table, kind, names in sorted(kinds, key=lambda one: one[0].stem.lower().endswith("uncalibrated")):
-        found.setdefault(kind, _signal(table, names, settings))  # calibrated ones first
+    for table, kind, names in sorted(kinds, key=_behind):
+        first, _ = found.setdefault(kind, (table, names))
+        if first is not table and _unnumbered(first) == _unnumbered(table):
+            raise InputError(
+                export.path,
+                f"{first.stem} and {table.stem} hold the {kind} twice",
+                remedy="give each recording a folder of its own",
+            )
     if ACCELERATION not in found and LINEAR in found:
-        raise InputError(found[LINEAR].path, "holds acceleration without gravity", remedy=WITH_GRAVITY)
+        raise InputError(found[LINEAR][0].path, "holds acceleration without gravity", remedy=WITH_GRAVITY)
     for kind, sensor in ((ACCELERATION, "accelerometer"), (RATE, "gyroscope")):
         if kind not in found:
             seen = ", ".join(f"{one.stem} ({', '.join(map(str, one.frame.columns[:8]))})" for one in export.tables[:6])
@@ -62,7 +73,24 @@ def signals_of(export: Export, settings: PhoneCapture) -> tuple[Signal, Signal]:
                 f"no {kind} found in {seen}",
                 remedy=f"record the {sensor} too, give both files (capture.path='DIR/*.csv') or name capture.columns",
             )
-    return found[ACCELERATION], found[RATE]
+    force, rate = (_signal(*found[kind], settings) for kind in (ACCELERATION, RATE))
+    return force, rate
+
+
+def recordings_in(export: Export, settings: PhoneCapture) -> list[Export]:
+    """Return ``export``, or each of its tables by itself where several hold both sensors."""
+    whole = [one for one in export.tables if {ACCELERATION, RATE} <= set(_quantities(one, settings))]
+    return [Export(one.path, one.stem, (one,)) for one in whole] if len(whole) > 1 else [export]
+
+
+def _behind(found: tuple[Table, str, list[str]]) -> tuple[bool, bool]:
+    """Return the order in which tables of one quantity are taken: with rows, and calibrated ones, first."""
+    return len(found[0].frame) == 0, found[0].stem.lower().endswith("uncalibrated")
+
+
+def _unnumbered(table: Table) -> str:
+    """Return a file's name without the number that a program gives to a second one."""
+    return re.sub(r"[\W\d]+$", "", table.stem)
 
 
 def gravity_sign(export: Export, settings: PhoneCapture) -> float:
@@ -97,7 +125,9 @@ def _quantities(table: Table, settings: PhoneCapture) -> dict[str, list[str]]:
             problem = f"no column '{missing[0]}'; it has {', '.join(columns[:20])}"
             raise InputError(table.path, problem, remedy="name the columns in capture.columns as the file does")
         return {ACCELERATION: chosen[:4], RATE: [chosen[0], *chosen[4:]]}
-    time = next((one for one in columns if re.match(r"(seconds_elapsed|time|timestamp|t)\b|t_", one, re.I)), None)
+    time = next(
+        (one for one in columns if re.match(r"(seconds_elapsed|time|timestamp|t)\b|t_|.*\(m?s\)$", one, re.I)), None
+    )
     found: dict[str, dict[str, str]] = {}
     for name in columns:
         if name != time and (read := _axis_of(name, table)) is not None:
@@ -135,17 +165,31 @@ def _unit(name: str) -> str:
 
 def _signal(table: Table, names: Sequence[str], settings: PhoneCapture) -> Signal:
     frame = table.frame
+    if table.problem is not None:
+        raise InputError(table.path, table.problem, remedy=EXPORT)
     try:
         values = frame[list(names[1:])].to_numpy(dtype=np.float64)
     except (ValueError, TypeError) as wrong:
         raise InputError(table.path, f"holds what is no number ({str(wrong)[:80]})", remedy="export it again") from None
     t_s = _seconds(table, names[0])
-    kept = np.isfinite(values).all(axis=1) & np.isfinite(t_s)
-    t_s, values = t_s[kept], values[kept]
-    steps = np.diff(t_s)[np.diff(t_s) > 0]
-    if len(steps) < 20:
-        raise InputError(table.path, f"{len(t_s)} samples only", remedy="record the swing again")
-    step = float(np.median(steps))
+    kept = (np.abs(values) < MAX_VALUE).all(axis=1) & np.isfinite(t_s)  # no nan either
+    t_s, values, rows = t_s[kept], values[kept], np.flatnonzero(kept) + 1
+    once = np.sort(np.unique(np.column_stack([t_s, values]), axis=0, return_index=True)[1])
+    t_s, values, rows = t_s[once], values[once], rows[once]
+    if len(different := np.unique(t_s)) < MIN_TIMES:
+        problem = f"{len(different)} different times with numbers beside them, in {len(frame)} rows"
+        raise InputError(table.path, problem, remedy="record the swing again")
+    step = float(np.median(np.diff(different)))
+    late = np.maximum.accumulate(t_s) - t_s
+    if late.max() > LATE_STEPS * step:
+        raise InputError(
+            table.path,
+            f"the times go back, to {late[late > LATE_STEPS * step][0] / step:.0f} samples before",
+            where=f"row {rows[late > LATE_STEPS * step][0]}",
+            remedy="record the swing again",
+        )
+    order = np.argsort(t_s, kind="stable")
+    t_s, values = t_s[order], values[order]
     unit_s = next((one for one in SECONDS if MIN_HZ <= 1 / (one * step) <= MAX_HZ), None)
     if unit_s is None:
         raise InputError(

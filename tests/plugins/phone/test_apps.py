@@ -218,3 +218,77 @@ def test_archives_are_bounded(tmp_path, monkeypatch):
         archive.writestr("a.json", "{}")
     with pytest.raises(InputError, match=r"no table in the zip; it has a\.json"):
         open_phone(settings(str(tmp_path / "d.zip")))
+
+
+def toolbox(t_s=TAKE.t_s, force=TAKE.force / 9.80665, rate=TAKE.rate, form="{:.7f}"):
+    return table("time,gFx,gFy,gFz,wx,wy,wz", [t_s, force, rate], form=form)
+
+
+def rows(order):
+    return toolbox(TAKE.t_s[order], TAKE.force[order] / 9.80665, TAKE.rate[order])
+
+
+COUNT = len(TAKE.t_s)
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        np.repeat(np.arange(COUNT), 2),
+        np.r_[0:200, 190:COUNT],
+        np.r_[0:200, 201, 200, 202:COUNT],
+    ],
+    ids=["twice", "ten again", "late"],
+)
+def test_rows_that_stand_twice_or_late_change_nothing(tmp_path, order):
+    (tmp_path / "a.csv").write_text(rows(order))
+    (tmp_path / "b.csv").write_text(toolbox())
+    found, right = (read(str(tmp_path / name)) for name in ("a.csv", "b.csv"))
+    for one, other in zip(found, right, strict=True):
+        assert np.array_equal(one.t_s, other.t_s)
+        assert np.array_equal(one.values, other.values)
+
+
+BACK = np.where(np.arange(COUNT) < 150, TAKE.t_s, TAKE.t_s - 0.5)
+AHEAD = np.where(np.arange(COUNT) < 150, TAKE.t_s, TAKE.t_s + 30)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (rows(np.arange(COUNT)[::-1]), r"row 7: the times go back, to 6 samples before"),
+        (toolbox(BACK), r"row 151: the times go back, to 50 samples before"),
+        (toolbox(AHEAD), r"1\.\d+ s: no sample of the accelerometer for 300\d\d ms; allowed: 1000"),
+        (toolbox(0 * TAKE.t_s), r"1 different times with numbers beside them, in \d+ rows"),
+        (toolbox(force=np.nan * TAKE.force), r"0 different times with numbers"),
+        (toolbox(force=1e300 * TAKE.force, form="{:.6e}"), r"0 different times with numbers"),
+        (toolbox(force=100 * TAKE.force), r"the acceleration is \d+ in the median; gravity is 9\.8 m/s\^2, or 1 g"),
+        (toolbox().replace(".", ","), r"14 cells in the first row, 7 in the head"),
+        ("time,gFx,gFy,gFz,wx,wy,wz\n", r"0 different times with numbers beside them, in 0 rows"),
+    ],
+)
+def test_stamps_and_numbers_that_no_phone_gives_are_told_by_their_own_names(tmp_path, text, told):
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(InputError, match=rf"a\.csv.*{told}"):
+        open_phone(settings(str(tmp_path / "a.csv")))
+
+
+@pytest.mark.parametrize("extra", ["", HEAD + "\n", "a,b\n1,2,3\n"])
+def test_a_table_that_is_not_needed_may_be_empty_or_broken(tmp_path, extra):
+    tables = {"Accelerometer": table(HEAD, [TAKE.t_s, TAKE.force]), "Gyroscope": table(GYRO, [TAKE.t_s, TAKE.rate])}
+    check(packed(tmp_path / "a.zip", **tables, **{"Linear Acceleration": extra}))
+
+
+def test_each_table_with_both_sensors_is_a_recording_and_a_second_pair_of_tables_is_refused(tmp_path):
+    assert len(open_phone(settings(packed(tmp_path / "a.zip", monday=toolbox(), tuesday=toolbox())))) == 2
+    force, rate = table(HEAD, [TAKE.t_s, TAKE.force]), table(GYRO, [TAKE.t_s, TAKE.rate])
+    pairs = {"Accelerometer": force, "Gyroscope": rate, "Accelerometer (1)": force, "Gyroscope (1)": rate}
+    with pytest.raises(InputError, match=r"hold the acceleration twice; give each recording a folder of its own"):
+        open_phone(settings(packed(tmp_path / "b.zip", **pairs)))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+@pytest.mark.parametrize("ends", ["\r\n", "\r"])
+def test_marks_of_the_byte_order_and_ends_of_lines(tmp_path, encoding, ends):
+    (tmp_path / "a.csv").write_bytes(toolbox().replace("\n", ends).encode(encoding))
+    check(str(tmp_path / "a.csv"))

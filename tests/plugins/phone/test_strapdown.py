@@ -31,7 +31,7 @@ def push_of(t_s):
 
 
 HELD = Rotation.from_euler("xyz", [40, -70, 20], degrees=True)
-GRAVITY = 9.81
+GRAVITY = 9.80665
 
 
 def force_of(t_s):
@@ -77,3 +77,17 @@ def test_attitude_is_that_of_the_package_ahrs():
         track.rotation_wxyz[0], scalar_first=True
     )
     assert np.abs(apart.as_rotvec()).max() < 2e-6
+
+
+def test_a_free_motion_is_integrated_as_by_the_package_scikit_kinematics():
+    """Its rule is of the second order (70 um off at 400 Hz): two step lengths extrapolate to none."""
+    imus = pytest.importorskip("skinematics.imus", reason="the package scikit-kinematics is not installed")
+
+    def theirs(rate_hz):
+        t_s = np.arange(round(END_S * rate_hz) + 1) / rate_hz
+        return imus.analytical(np.eye(3), rate_of(t_s), np.zeros(3), force_of(t_s), rate_hz)[1][:: rate_hz // 400]
+
+    coarse, fine, (_, track) = theirs(400), theirs(1600), ours(400)
+    apart = [np.abs(one - track.position_m[0]).max() for one in (coarse, fine)]
+    assert apart[0] / apart[1] == pytest.approx(16, rel=0.01)  # all that is apart is their rule's own error
+    assert fine + (fine - coarse) / 15 == pytest.approx(track.position_m[0], abs=1e-6)
