@@ -14,6 +14,7 @@ from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.control.catch_game import Game
 from kendama_cli.control.game_runner import GameRunner
 from kendama_cli.control.open_observer import CameraObserver, check_cameras
+from kendama_cli.devices.camera.image_loop import ObservedImage
 from kendama_cli.devices.camera.interface import Camera, Frame, StaleFrame
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot, WrappedRobot
 from kendama_cli.errors import ConfigError
@@ -294,3 +295,11 @@ def test_games_predict_with_the_gravity_of_the_predict_settings() -> None:
         min_tension_m_s2 = observer.loop.tracker.estimator.flight.gravity_m_s2
     assert np.linalg.norm(min_tension_m_s2) == pytest.approx(1.02 * GAME.gravity_m_s2)
     assert min_tension_m_s2[0] / -min_tension_m_s2[2] == pytest.approx(np.tan(0.01))
+
+
+def test_a_frame_waits_two_periods_of_the_cameras_rate_for_the_others() -> None:
+    with observed_runner() as (_, observer):
+        frame = Frame(t_s=1.0, pixels=np.zeros((1, 1, 3), np.uint8), origin_px=(0, 0))
+        alone = ObservedImage(observer.loop.cameras[0].model.name, frame, None, 1.0, 1.0, 0.0)
+        assert observer.loop.feed([alone], 1.0 + 1.9 / 120, lambda _: MIDDLE_M) == []
+        assert [step.t_s for step in observer.loop.feed([], 1.0 + 2.1 / 120, lambda _: MIDDLE_M)] == [1.0]

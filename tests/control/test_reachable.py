@@ -19,9 +19,10 @@ FROM_S = 1.2
 """In the swing of seen_swings the rope slackens at 1.5 s or later."""
 
 
-def held_m(safety: SafetySettings, catch: str = "visual") -> tuple[float, tuple[str, ...]]:
+def held_m(safety: SafetySettings, catch: str = "visual", giving_m_s: float = 0.0) -> tuple[float, tuple[str, ...]]:
     made = swing()
-    adapt = dataclasses.replace(ADAPT, catch=catch)
+    giving = dataclasses.replace(ADAPT.correction, contact_speed_m_s=giving_m_s, contact_braking_m_s2=2.0)
+    adapt = dataclasses.replace(ADAPT, catch=catch, correction=giving)
     correction, told = Surroundings(made.arm, GAME, adapt, safety).correction(made.joints, FROM_S)
     return correction.max_shift_m, told
 
@@ -56,6 +57,20 @@ def test_a_seen_catch_that_has_no_room_at_all_is_refused_before_anything_moves()
     high = float(cup_m()[:, 1].max()) + 0.05
     with pytest.raises(StageError, match=r"cup, y: from .* nothing was moved"):
         held_m(dataclasses.replace(SAFETY, cup_high_m=(SAFETY.cup_high_m[0], high, SAFETY.cup_high_m[2])))
+
+
+def test_a_cup_that_gives_way_needs_room_below_and_above_the_plan() -> None:
+    """At 0.3 m/s against 2 m/s^2 it goes down by v^2 / 2a = 22.5 mm, and before that up by 4/27 of 0.6 s, 26.7 mm."""
+    low, high = cup_m().min(axis=0), cup_m().max(axis=0)
+
+    def room(below_m: float, above_m: float) -> SafetySettings:
+        lower = (low[0] - 0.09, SAFETY.cup_low_m[1], low[2] - below_m)  # a wall that ends the second circle soon
+        return dataclasses.replace(SAFETY, cup_low_m=lower, cup_high_m=(*SAFETY.cup_high_m[:2], high[2] + above_m))
+
+    assert held_m(room(0.025, 0.029), giving_m_s=0.3)[0] == pytest.approx(0.25 * 0.3)
+    for below_m, above_m in ((0.02, 0.029), (0.025, 0.024)):
+        with pytest.raises(StageError, match=r"cup, z: from .* nothing was moved"):
+            held_m(room(below_m, above_m), giving_m_s=0.3)
 
 
 def test_a_stop_that_the_plan_keeps_off_and_the_catch_beside_it_does_not_is_found() -> None:

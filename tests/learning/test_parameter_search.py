@@ -72,4 +72,6 @@ def test_chance_keeps_the_best_rollout_of_all() -> None:
     first, second = search.after([]).proposals, search.after([[1.0] * GENERATION]).proposals
     assert search.after([[5.0, 4.0, 3.0, 2.0, 1.0, 6.0]]).best.tolist() == first[4].tolist()
     later = [[5.0] * GENERATION, [6.0, 4.0, 6.0, 6.0, 6.0, 6.0]]
-    assert search.after(later).best.tolist() == second[1].tolist()
+    state = search.after(later)
+    assert state.best.tolist() == second[1].tolist()
+    assert not {tuple(one) for one in state.proposals} & {tuple(one) for one in (*first, *second)}

@@ -168,6 +168,19 @@ def test_a_swing_of_twice_the_duration_stands_apart() -> None:
     assert list(np.flatnonzero(apart(swings(6, 2), durations))) == [4]
 
 
+@pytest.mark.parametrize(("times", "is_apart"), [(0.8, False), (1.25, True)])
+def test_an_outlier_is_three_and_a_half_deviations_away_and_more_in_a_small_set(times: float, is_apart: bool) -> None:
+    """Nine durations at steps of 0.05 about the median, and one farther off: logarithms, median distance 0.125.
+
+    0.125 * 1.4826 is the standard deviation of a normal distribution with that median distance; with ten 40 % more.
+    """
+    limit = 3.5 * (1 + 4 / 10) * 1.4826 * 0.125
+    lengths = np.array([-0.2, -0.15, -0.1, -0.05, 0.0, 0.05, 0.1, 0.15, 0.2])
+    median = 0.025  # of the nine and the one above them all
+    durations = 2.0 * np.exp(np.append(lengths, median + times * limit))
+    assert list(apart(swings(10, 3), durations)) == [False] * 9 + [is_apart]
+
+
 def test_differences_of_a_millimetre_are_nobodys_fault() -> None:
     paths = np.repeat(swings(1, 3), 6, axis=0)
     paths[2] += 1e-3 * np.sin(5 * T)[:, None]
@@ -194,6 +207,15 @@ def test_other_axes_are_recognised_and_named(read, sentence) -> None:  # type: i
     found = axes_of(read(paths[0]), list(paths[1:]), "xyz")
     assert found is not None
     assert sentence in found
+
+
+@pytest.mark.parametrize(("size", "sentence"), [(0.045, "x is its -x, y is its -y"), (0.02, "x is its -x")])
+def test_an_axis_along_which_nobody_moves_has_no_sign(size: float, sentence: str) -> None:
+    """The largest axis is a short push, of rms 0.3 times its peak; still is what moves by less than a tenth of that."""
+    push = np.exp(-(((T - 1.0) / 0.1) ** 2))
+    wave = np.sqrt(2) * np.sin(4 * np.pi * T)
+    others = np.column_stack([push, size * wave, 0.2 * np.cos(3 * np.pi * T)])
+    assert axes_of(others * [-1, -1, 1], [others] * 5, "xyz") == sentence
 
 
 def test_axes_that_agree_and_swings_of_another_kind_are_left_alone() -> None:

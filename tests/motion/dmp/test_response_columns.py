@@ -41,3 +41,14 @@ def test_the_jerk_is_the_third_derivative():
     third = (far_ahead - 2 * ahead + 2 * past - far_behind) / (2 * step**3)
     ours = columns.jerk[0, 20 : nodes - 20] * np.sqrt(nodes)
     assert np.abs(ours - third).max() < 0.01 * np.abs(third).max()
+
+
+def test_the_ends_of_the_jerk_count_by_half():
+    """Its squares sum to an integral by trapezoids; beyond the ends the value goes on as its last quintic does."""
+    columns = response_columns([Basis(20, 1000.0, 1.0, 1.0)])
+    nodes, step = columns.jerk.shape[1] - 1, 1e-4
+    for end, inward in ((0, 1), (nodes, -1)):
+        values = read_rows(columns.rows, end / nodes + inward * step * np.arange(4))[0]
+        third = inward * (values[3] - 3 * values[2] + 3 * values[1] - values[0]) / step**3
+        ours = columns.jerk[0, end] * np.sqrt(2 * nodes)
+        assert np.abs(ours - third).max() < 0.1 * np.abs(third).max()
