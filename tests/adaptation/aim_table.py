@@ -5,7 +5,10 @@
 A seed is one arm and kendama, the same in all its rollouts: only the ball's start and the noise change, and in rows
 with `phase` the phase of the cup's error. Rows: `failing` and `phase` (the bundled swing 4 at 0.85 of its size, aimed),
 `cma` (the same by CMA-ES), `bundled` (the mean of the bundled swings, aimed), `again` (that motion again and again, the
-baseline), `alike` and `cma-alike` (both from the motion of the first row that the model says catches).
+baseline), `alike` and `cma-alike` (both from the motion of the first row that the model says catches). By words alone,
+from the first row's motion: `words-2` (short, long), `words-6` (each with a grade), both with `-wrong` (each word drawn
+anew in one of ten), and `words-random` (six words, all drawn anew, the baseline); `words-lab` (twelve words, left and
+right among them) and `lab` (aimed) in simulations of `lab`.
 """
 
 from __future__ import annotations
@@ -18,7 +21,9 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from kendama_cli.adaptation.aim_search import IN_A_ROW, AimedMotions, AimSearch
+from kendama_cli.adaptation.aim import Aim
+from kendama_cli.adaptation.aim_search import IN_A_ROW, AimedMotions, AimSearch, missed
+from kendama_cli.adaptation.aim_words import CAUGHT, SIDES, Outcome, next_aim_by_words
 from kendama_cli.adaptation.catch_family import CatchFamily, playable_tilt
 from kendama_cli.adaptation.policy_search import PolicySearch, cost_m
 from kendama_cli.adaptation.search_record import (
@@ -38,8 +43,10 @@ from kendama_cli.report.intervals import mean_interval
 from kendama_cli.schema.settings import build
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.stages.adapt.trials import Trials
+from tests.adaptation.spoken import ALONG, spoken
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
+from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import ROOT, adapt_values, bench_arm, kendama_game
 
 FIRST_SEED, LAST_SEED = 30000, 30059
@@ -52,11 +59,16 @@ BUNDLED_TAU = 1.143
 class Condition:
     """Motion of the bundled demonstrations ``files`` at ``size`` and ``tau``, and the aims about it."""
 
-    def __init__(self, files: str, *, size: float, tau: float, phase_change: float = 0.0) -> None:
-        made = build(AdaptSettings, adapt_values(), "adapt")
+    def __init__(
+        self, files: str, *, size: float, tau: float, phase_change: float = 0.0, uncertainty: str = "hard"
+    ) -> None:
+        made = build(AdaptSettings, adapt_values() | {"uncertainty": plain("adapt/uncertainty", uncertainty)}, "adapt")
         self.settings = settings = dataclasses.replace(
             made,
-            uncertainty=dataclasses.replace(made.uncertainty, cup_error_phase_change=phase_change),
+            uncertainty=dataclasses.replace(
+                made.uncertainty,
+                cup_error_phase_change=max(phase_change, made.uncertainty.cup_error_phase_change),
+            ),
             policy=dataclasses.replace(made.policy, max_rollouts=MAX_ROLLOUTS),
             catch="open_loop",
             tau_start=tau,
@@ -86,6 +98,19 @@ class Condition:
         method = AimSearch(self.settings, self.motions, shape, mouth_m=self.mouth_m)
         while (trial := method.next_trial(search)) is not None and len(search.attempts) < MAX_ROLLOUTS:
             search = self.trials.run(search, trial)
+        return [one.caught for one in search.attempts]
+
+    def by_words(self, seed: int, *, graded: bool, wrong: float = 0.0, sides: Sequence[str] = ALONG) -> list[bool]:
+        """Return the catches of the aim by words, until the first one."""
+        search, path, rng = self.search(seed), self.motions.path, np.random.default_rng([seed, 1])
+        told: list[tuple[Aim, Outcome]] = []
+        while len(told) < MAX_ROLLOUTS and not (told and told[-1][1].caught):
+            aim, variation = self.motions.playable(next_aim_by_words(path, told))
+            search = self.trials.run(search, Trial("explore", variation, len(told), len(told)))
+            attempt = search.attempts[-1]
+            miss_m = missed(attempt, path.forward)
+            answer = spoken(miss_m, path.forward, graded=graded, wrong=wrong, sides=sides, rng=rng)
+            told.append((aim, Outcome(CAUGHT) if attempt.caught else answer))
         return [one.caught for one in search.attempts]
 
     def by_shape(self, seed: int) -> list[bool]:
@@ -144,6 +169,12 @@ def bundled() -> Condition:
     return Condition(ALL, size=1.0, tau=BUNDLED_TAU)
 
 
+@functools.cache
+def laboratory() -> Condition:
+    """Return the motion that no time scale catches, in simulations of `lab`."""
+    return Condition(SWING_4, size=0.85, tau=1.0, uncertainty="lab")
+
+
 def caught_in_the_model() -> Condition:
     """Return the first condition with the motion that the model says catches as its first."""
     made, motions = copy.copy(failing()), copy.copy(failing().motions)
@@ -160,6 +191,13 @@ ROWS: dict[str, Callable[[], Callable[[int], list[bool]]]] = {
     "again": lambda: bundled().again,
     "phase": lambda: Condition(SWING_4, size=0.85, tau=1.0, phase_change=1.0).aimed,
     "cma": lambda: failing().by_shape,
+    "words-2": lambda: functools.partial(failing().by_words, graded=False),
+    "words-6": lambda: functools.partial(failing().by_words, graded=True),
+    "words-2-wrong": lambda: functools.partial(failing().by_words, graded=False, wrong=0.1),
+    "words-6-wrong": lambda: functools.partial(failing().by_words, graded=True, wrong=0.1),
+    "words-random": lambda: functools.partial(failing().by_words, graded=True, wrong=1.0),
+    "words-lab": lambda: functools.partial(laboratory().by_words, graded=True, sides=tuple(SIDES)),
+    "lab": lambda: laboratory().aimed,
 }
 
 

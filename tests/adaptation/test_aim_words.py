@@ -18,6 +18,7 @@ from kendama_cli.adaptation.aim_words import (
     read_outcome,
     step_m,
 )
+from tests.adaptation.spoken import spoken
 
 PATH = AimPath((-0.25, 0.25), ((-1.0,), (1.0,)), 0.02, (-0.88, -0.85))
 MOUTH_M, MOST = 0.025, 40
@@ -94,17 +95,9 @@ def rollouts_to_catch(seed: int, *, graded: bool, wrong: float) -> int:
     for rollout in range(1, MOST + 1):
         aim = next_aim_by_words(PATH, told)
         miss = offset + gain * predicted(PATH, aim) + rng.normal(0.0, 0.008, 2)
-        apart_m = float(np.hypot(*miss))
-        if apart_m < MOUTH_M:
+        if np.hypot(*miss) < MOUTH_M:
             return rollout
-        axis = int(abs(miss[1]) > abs(miss[0]))
-        side = next(name for name, where in SIDES.items() if where == (axis, np.sign(miss[axis])))
-        grade = ("little" if apart_m < 0.06 else "much" if apart_m > 0.15 else "") if graded else ""
-        if rng.random() < wrong:
-            side = str(rng.choice(list(SIDES)))
-        if graded and rng.random() < wrong:
-            grade = str(rng.choice(list(GRADES_M)))
-        told.append((aim, Outcome(side, grade)))
+        told.append((aim, spoken((miss[0], miss[1]), PATH.forward, graded=graded, wrong=wrong, rng=rng)))
     return MOST + 1
 
 
