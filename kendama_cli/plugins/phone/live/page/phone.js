@@ -1,10 +1,10 @@
 // The phone's page of 'kendama play --phone': sends what its sensors say, and tells what came of it. Nothing is kept here.
 const $ = id => document.getElementById(id);
 const query = new URLSearchParams(location.search), session = crypto.randomUUID?.() ?? String(Math.random());
-const EVERY_MS = 12, MOST = 400, WAIT_MS = 2000;
+const IDLE_MS = 500, MOST = 400, WAIT_MS = 2000;
 // WebKit, in every browser on iOS, gives all acceleration with the other sign than the specification and Android do
 const sign = navigator.vendor.startsWith('Apple') ? -1 : 1;
-let samples = [], going = false, asking = false, turned = false, heardAt = 0, lastAt = 0, times = [], outcome = null, lock = null;
+let samples = [], going = false, turned = false, lastAt = 0, times = [], lock = null, wake = () => {};
 const counts = {caught: 0, missed: 0};
 window.kendama = {counts, get hint() { return $('hint').textContent; }};
 
@@ -23,7 +23,7 @@ $('join').onsubmit = async event => {
   problem(''); $('join').hidden = true; $('play').hidden = false;
   localStorage.setItem('player', $('name').value);
   navigator.wakeLock?.request('screen').then(one => { lock = one; }, () => {});
-  going = true; heardAt = performance.now();
+  going = true;
   addEventListener('devicemotion', take);
   setTimeout(() => { if (going && !times.length) problem('No sample has come: this device has no motion sensors, or they are switched off for this site.'); }, WAIT_MS);
   send();
@@ -40,26 +40,23 @@ function take(event) {
   // alpha, beta and gamma are the rates about x, y and z in all browsers, whatever older texts say
   samples.push([t, sign * a.x, sign * a.y, sign * a.z, w.alpha, w.beta, w.gamma]);
   if (samples.length > MOST) samples.shift();
+  wake();
 }
 // over fetch: Safari refuses WebSockets to a certificate that was accepted for the page alone
-async function send() {
+async function send() { // one request at a time, with all samples since the last one
   while (going) {
-    const began = performance.now();
-    if (samples.length || began - heardAt > 500) {
-      const body = JSON.stringify({samples, turned});
-      samples = [];
-      try {
-        const asked = new URLSearchParams({token: query.get('token') || '', player: $('name').value, session});
-        const answer = await fetch(`/joined?${asked}`, {method: 'POST', body, headers: {'Content-Type': 'application/json'}});
-        if (!answer.ok) { going = false; problem(await answer.text()); break; }
-        heardAt = performance.now();
-        for (const one of await answer.json()) hear(one);
-      } catch {
-        problem('The laptop does not answer: stay in its network; the game may have ended.');
-        await new Promise(done => setTimeout(done, 500));
-      }
+    if (!samples.length) await new Promise(done => { wake = done; setTimeout(done, IDLE_MS); });
+    const body = JSON.stringify({samples, turned});
+    samples = [];
+    try {
+      const asked = new URLSearchParams({token: query.get('token') || '', player: $('name').value, session});
+      const answer = await fetch(`/joined?${asked}`, {method: 'POST', body, headers: {'Content-Type': 'application/json'}});
+      if (!answer.ok) { going = false; problem(await answer.text()); break; }
+      for (const one of await answer.json()) hear(one);
+    } catch {
+      problem('The laptop does not answer: stay in its network; the game may have ended.');
+      await new Promise(done => setTimeout(done, IDLE_MS));
     }
-    await new Promise(done => setTimeout(done, Math.max(0, EVERY_MS - (performance.now() - began))));
   }
 }
 function hear(message) {
