@@ -173,6 +173,8 @@ def test_every_topic_that_stages_declare_is_logged(whole: dict[str, Any], folder
     assert len(logged) > 20
     other = (
         "/bench/",
+        "/fit/",
+        "/offline/",
         "/identify/",
         "/interact/",
         "/measure/",

@@ -65,7 +65,7 @@ def rows() -> Iterator[Row]:
             yield Row(table, name, (*document["always"], *entry["all"], *flat), seeds)
 
 
-class _Context:
+class SilentContext:
     """A StageContext that keeps nothing; its random streams are those of a worker with this seed."""
 
     def __init__(self, seed: int) -> None:
@@ -89,7 +89,7 @@ def measured(row: Row, seeds: Sequence[int], site: Site) -> Iterator[dict[str, A
     settings = build_settings(composed(site, list(row.overrides)))
     stage = Learn(learn=settings["learn"], game=settings["game"])
     for seed in seeds:
-        metrics = stage.run({}, _Context(seed)).metrics  # type: ignore[arg-type]
+        metrics = stage.run({}, SilentContext(seed)).metrics  # type: ignore[arg-type]
         told = {name: int(value) if isinstance(value := metrics[name], bool) else value for name in METRICS}
         yield {"table": row.table, "row": row.name, "seed": seed, **told}
 

@@ -19,6 +19,7 @@ PARTS = [
     PACKAGE / "plugins/bench",
     PACKAGE / "plugins/interact",
     PACKAGE / "plugins/mujoco",
+    PACKAGE / "plugins/offline",
     PACKAGE / "report",
 ]
 SENTENCES = {

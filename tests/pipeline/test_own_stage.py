@@ -96,7 +96,7 @@ def test_a_run_of_a_stage_that_is_no_longer_installed_still_has_a_page(toy: ToyP
     [
         ("toy_roll = toy.numbers:SCALE", "it must name a StageDeclaration of name 'toy_roll'"),
         ("toy_roll = toy.nowhere:STAGE", "stage 'toy_roll' needs module 'toy.nowhere', which is not installed"),
-        ("other = toy.roll:STAGE", "no stage 'toy_roll'; there are adapt, bench, capture, encode, identify, "),
+        ("other = toy.roll:STAGE", "no stage 'toy_roll'; there are adapt, bench, capture, encode, fit, identify, "),
     ],
 )
 def test_a_wrong_entry_point_is_named_in_one_line(toy: ToyProject, entry: str, says: str) -> None:
@@ -118,7 +118,9 @@ def test_doctor_lists_what_packages_declare_and_what_of_it_is_broken(toy: ToyPro
     entries = toy.folder / "lib/toy-1.0.dist-info/entry_points.txt"
     entries.write_text(entries.read_text() + "lost = toy.nowhere:STAGE\n")
     parts = {part["name"]: part for part in json.loads(toy.kendama("doctor", "--json", expect=1).stdout)}
-    assert "learn, measure, predict, rehearse, toy_roll, toy_total, transfer" in parts["kendama.stages"]["detail"]
+    assert (
+        "learn, measure, offline, predict, rehearse, toy_roll, toy_total, transfer" in parts["kendama.stages"]["detail"]
+    )
     assert parts["lost"]["state"] == "missing"
     assert "needs module 'toy.nowhere', which is not installed" in parts["lost"]["detail"]
 

@@ -40,6 +40,8 @@ def write_run(folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
         "interact": write_interaction,
         "measure": _measure,
         "bench": _bench,
+        "fit": _fit,
+        "offline": _offline,
     }
     logs = {}
     for number, (name, write) in enumerate(writers.items()):
@@ -57,6 +59,24 @@ def _bench(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dic
         message = {"index": index, "explored": index % 3 == 0, "total_reward": total, "steps": 10 + index}
         log.write("/bench/episode", float(index), message)
     return {"bench": {"environment": "CartPole-v1"}}, {"frozen_return": 280.0, "replayed_return": 40.0, "episodes": 60}
+
+
+def _fit(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+    for t_s in np.arange(0.0, 2.0, 0.01).tolist():
+        early = {"world": 0.0, "identified": 0.01, "network": 0.1, "wrong": 0.4}
+        angles = {f"{name}_rad": float(np.sin(5.0 * t_s + one)) for name, one in early.items()}
+        log.write("/fit/prediction", t_s, {"rollout": 0, **angles})
+    return {"fit": {"string_m": 0.4}}, {"identified_error_mm": 1.0, "network_error_mm": 8.0, "wrong_error_mm": 30.0}
+
+
+def _offline(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+    write_rollouts(log, "/offline/rollout", rng, 60)
+    for world in (False, True):
+        for t_s in np.arange(0.0, 2.0, 0.01).tolist():
+            angle = t_s * np.sin(5.0 * t_s) + 0.02 * world
+            ball = {"ball_x_m": 0.4 * float(np.sin(angle)), "ball_z_m": -0.4 * float(np.cos(angle))}
+            log.write("/offline/swing", t_s, {"world": world, "cup_m": 0.0, **ball})
+    return {"offline": {"model": "identified"}}, {"world_caught_rate": 0.98, "model_caught_rate": 1.0}
 
 
 def _capture(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
