@@ -14,7 +14,7 @@ from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from tests.learning.settings_files import game_settings, learn_settings
 
 gymnasium = pytest.importorskip("gymnasium", reason="the extra 'gym' is not installed")
-from kendama_cli.gym import CATCH, GAME  # noqa: E402 - needs gymnasium
+from kendama_cli.gym import CATCH, GAME, SWING_UP_GOAL  # noqa: E402 - needs gymnasium
 from kendama_cli.gym import SWING_UP as NAME  # noqa: E402
 from tests.simulation.swingup.cross_entropy import LinearPolicy, improved, played  # noqa: E402 - needs gymnasium
 
@@ -44,6 +44,31 @@ def test_gymnasiums_own_checks_pass_with_pictures_for_every_kind_of_action(name,
     from gymnasium.utils.env_checker import check_env  # noqa: PLC0415
 
     check_env(gymnasium.make(name, render_mode="rgb_array", **options).unwrapped)
+
+
+@pytest.mark.parametrize("name", [CATCH, GAME, SWING_UP_GOAL])
+def test_gymnasiums_own_vectors_are_the_single_ones_with_their_seeds(name):
+    many = gymnasium.make_vec(name, num_envs=2, vectorization_mode="sync")
+    seen, _ = many.reset(seed=7)
+    actions = many.action_space.sample()
+    following, rewards, *_ = many.step(actions)
+    for i in range(2):
+        env = gymnasium.make(name)
+        alone, _ = env.reset(seed=7 + i)
+        after, reward, *_ = env.step(actions[i])
+        for one, all_of_them in ((alone, seen), (after, following)):
+            for key, value in one.items() if isinstance(one, dict) else [(..., one)]:
+                assert np.array_equal(all_of_them[key][i], value)
+        assert rewards[i] == reward
+
+
+def test_gymnasiums_own_wrapper_makes_pixels_the_observation():
+    from gymnasium.wrappers import AddRenderObservation  # noqa: PLC0415
+
+    env = AddRenderObservation(gymnasium.make(NAME, render_mode="rgb_array"))
+    first, _ = env.reset(seed=0)
+    assert first.shape == env.observation_space.shape == (480, 640, 3)
+    assert (env.step(4)[0] != first).any()
 
 
 def test_naming_the_module_registers_it_in_a_new_interpreter():
