@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 
 from kendama_cli.devices.camera.calibration import camera_models
 from kendama_cli.motion.rotation import quaternion_of
-from kendama_cli.robot_model.arm_scene import WORLD
+from kendama_cli.robot_model.arm_scene import WORLD, Pose
 from kendama_cli.robot_model.colours import JOINT_RGB, STAND_RGB
 from kendama_cli.robot_model.cup import cup_frame
 from kendama_cli.schema.arrays import Array
@@ -21,12 +22,22 @@ SEEN_M = 0.3
 _BODY_M, _LENS_M, _WIRE_M = (0.055, 0.045, 0.09), (0.04, 0.04, 0.04), 0.004
 
 
-def camera_solids(cameras: CameraSettings, origin_m: Array) -> list[Solid]:
-    """Return a box, a lens and the edges of the view for every camera; they are calibrated about ``origin_m`` (3,)."""
-    return [solid for model in camera_models(cameras) for solid in _camera(model, origin_m)]
+def camera_solids(cameras: CameraSettings, origin_m: Array, holder: Callable[[str], tuple[str, Pose]]) -> list[Solid]:
+    """Return a box, a lens and the edges of the view for every camera; they are calibrated about ``origin_m`` (3,).
+
+    A camera on a link moves with its ``holder``: the name of a drawn frame, and the link's pose in it.
+    """
+    solids = []
+    for model in camera_models(cameras, carried=True):
+        if model.link is None:
+            solids += _camera(model, WORLD, origin_m)
+        else:
+            frame, pose = holder(model.link)
+            solids += _camera(model.carried(*pose), frame, np.zeros(3))
+    return solids
 
 
-def _camera(model: CameraModel, origin_m: Array) -> list[Solid]:
+def _camera(model: CameraModel, frame: str, origin_m: Array) -> list[Solid]:
     position = np.asarray(model.position_in_world_m) + origin_m
     rotation = model.world_to_camera.T
     ahead, wxyz = rotation[:, 2], quaternion_of(rotation)
@@ -35,14 +46,14 @@ def _camera(model: CameraModel, origin_m: Array) -> list[Solid]:
     far = [position + SEEN_M * corner for corner in corners]
     wires = [*((position, end) for end in far), *pairwise([*far, far[0]])]
     return [
-        Solid(WORLD, "camera", "box", JOINT_RGB, _BODY_M, position - 0.065 * ahead, wxyz),
-        Solid(WORLD, "camera", "cylinder", JOINT_RGB, _LENS_M, position - 0.01 * ahead, wxyz),
-        *(_wire(start, end) for start, end in wires),
+        Solid(frame, "camera", "box", JOINT_RGB, _BODY_M, position - 0.065 * ahead, wxyz),
+        Solid(frame, "camera", "cylinder", JOINT_RGB, _LENS_M, position - 0.01 * ahead, wxyz),
+        *(_wire(frame, start, end) for start, end in wires),
     ]
 
 
-def _wire(start_m: Array, end_m: Array) -> Solid:
+def _wire(frame: str, start_m: Array, end_m: Array) -> Solid:
     along = end_m - start_m
     size = (_WIRE_M, _WIRE_M, float(np.linalg.norm(along)))
     rotation = quaternion_of(cup_frame(tuple(along.tolist())))
-    return Solid(WORLD, "view", "cylinder", STAND_RGB, size, (start_m + end_m) / 2, rotation)
+    return Solid(frame, "view", "cylinder", STAND_RGB, size, (start_m + end_m) / 2, rotation)

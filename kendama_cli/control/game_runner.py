@@ -20,6 +20,7 @@ from kendama_cli.control.scene_history import SceneHistory, SceneRecordingRobot,
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.control.swing_state import SwingStateEstimator
 from kendama_cli.control.swing_up import SwingUpActor, SwingUpRollout, swing_up
+from kendama_cli.devices.camera.calibration import camera_models
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.learning.reward import Goal
 from kendama_cli.learning.settings import LearnSettings
@@ -139,6 +140,10 @@ class GameBuilder:
         self._setup = setup
         half_width_m = max(setup.learn.workspace.half_width_m, setup.transfer.catch.half_width_m)
         self.arm = RobotModel(setup.robot, setup.game.cup, setup.game.gravity_m_s2)
+        if setup.transfer.observation.source == "cameras":
+            for camera in camera_models(setup.cameras.camera, carried=True):
+                if camera.link is not None:  # a wrong name is told before anything moves
+                    self.arm.link_pose(camera.link, self.arm.home_rad)
         self._line = CupLine(self.arm, half_width_m)
         if swings:
             _ = self._line.curve
@@ -166,7 +171,13 @@ class GameBuilder:
             period_s=robot.period_s,
         )
         with open_observer(
-            setup.cameras, transfer.observation, game, cup_place=arm.tool_position_m, history=history, geometry=geometry
+            setup.cameras,
+            transfer.observation,
+            game,
+            cup_place=arm.tool_position_m,
+            link_pose=arm.link_pose,
+            history=history,
+            geometry=geometry,
         ) as observer:
             yield GameRunner(
                 recording,

@@ -65,13 +65,22 @@ class SceneHistory:
         """True if the robot reports its scene at all."""
         return bool(self._times)
 
-    def __call__(self, t_s: float) -> ScenePose:
-        """Return all poses at ``t_s``, held before the first and after the last period that is known."""
+    def position_rad(self, t_s: float) -> Array:
+        """Return the true joint angles (n,) at ``t_s``."""
+        last, coming, part = self._about(t_s)
+        return np.asarray(last.position_rad + part * (coming.position_rad - last.position_rad))
+
+    def _about(self, t_s: float) -> tuple[SceneState, SceneState, float]:
+        """Return the scenes before and after ``t_s``, and the part of their time that has passed then."""
         times, scenes = self._times, self._scenes
         after = int(np.searchsorted(times, t_s))
         last, coming = scenes[max(after - 1, 0)], scenes[min(after, len(scenes) - 1)]
         span = times[min(after, len(times) - 1)] - times[max(after - 1, 0)]
-        part = (t_s - times[after - 1]) / span if span > 0 else 0.0
+        return last, coming, (t_s - times[after - 1]) / span if span > 0 else 0.0
+
+    def __call__(self, t_s: float) -> ScenePose:
+        """Return all poses at ``t_s``, held before the first and after the last period that is known."""
+        last, coming, part = self._about(t_s)
 
         def between(name: str) -> Array:
             one, two = getattr(last, name), getattr(coming, name)
@@ -80,7 +89,7 @@ class SceneHistory:
         cup, ball = between("cup_m") - self.origin_m, between("ball_m") - self.origin_m
         ends = np.array([quaternion_of(one.cup_rotation) for one in (last, coming)])
         rotation = matrix_of(turned_between(np.array([0.0, 1.0]), ends, np.array([part]))[0])
-        arm = self._arm_places(between("position_rad")) - self.origin_m
+        arm = self._arm_places(self.position_rad(t_s)) - self.origin_m
         return ScenePose(
             ball_m=ball,
             cup_m=cup,

@@ -31,6 +31,13 @@ class ScenePose:
     links: Array = field(default_factory=_no_links)
     """(n, 3, 4) rotation and position [R | p] of each link whose mesh the camera has, in the same order"""
 
+    def moved(self, rotation: Array, shift_m: Array) -> ScenePose:
+        """Return the scene with every point p at ``rotation`` (3, 3) p + ``shift_m`` (3,)."""
+        ball, cup, rope, arm = (p @ rotation.T + shift_m for p in (self.ball_m, self.cup_m, self.rope_m, self.arm_m))
+        links = rotation @ self.links
+        links[..., 3] += shift_m
+        return ScenePose(ball, cup, rotation @ self.cup_rotation, rope, arm, links)
+
 
 Scene = Callable[[float], ScenePose]
 """The scene at a time [s]; a camera asks for several times within one exposure."""

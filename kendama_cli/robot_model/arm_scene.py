@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from kendama_cli.motion.rotation import quaternion_of
 from kendama_cli.robot_model.colours import BALL_RGB, CUP_RGB, JOINT_RGB, SHELL_RGB, STAND_RGB, Rgb
 from kendama_cli.robot_model.cup import cup_frame
+from kendama_cli.robot_model.description import dart_name
 from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
 from kendama_cli.robot_model.urdf_tree import read_tree
 from kendama_cli.schema.arrays import Array
@@ -177,6 +178,11 @@ class ArmScene:
             [np.array(pose.translation()) for pose in poses],
             [quaternion_of(np.array(pose.rotation())) for pose in poses],
         )
+
+    def holder(self, link: str) -> tuple[str, Pose]:
+        """Return the drawn frame that the URDF's ``link`` is fixed to, and the link's pose in it."""
+        frame, pose = self._holder(self._body.skeleton.getBodyNode(dart_name(link)))
+        return frame, (np.array(pose.rotation()), np.array(pose.translation()))
 
     def _holder(self, link: Any) -> tuple[str, Any]:
         """Return the drawn frame that ``link`` is fixed to, and the link's pose in it."""

@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from kendama_cli.artifacts.friction_model import ParametricFriction
+from kendama_cli.errors import ConfigError
 from kendama_cli.robot_model.body import Body, build_body
 from kendama_cli.robot_model.composed import check_composed
-from kendama_cli.robot_model.description import read_description
+from kendama_cli.robot_model.description import dart_name, read_description
 from kendama_cli.robot_model.limit_doubts import placeholder_in
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
@@ -27,7 +28,10 @@ UPRIGHT = np.eye(3)[:2]
 
 
 class ToolPose(NamedTuple):
-    """Pose of the tool in the world: the tie point (3,) [m] and a rotation (3, 3) whose z is the cup's axis."""
+    """Pose of the tool in the world: the tie point (3,) [m] and a rotation (3, 3) whose z is the cup's axis.
+
+    Of a link: its origin and its axes.
+    """
 
     position_m: Array
     rotation: Array
@@ -90,6 +94,14 @@ class RobotModel:
     def tool_pose(self, position_rad: Array) -> ToolPose:
         """Return the pose of the tool for the joint angles (n,)."""
         pose = self.posed(position_rad).cup.getWorldTransform()
+        return ToolPose(np.array(pose.translation()), np.array(pose.rotation()))
+
+    def link_pose(self, link: str, position_rad: Array) -> ToolPose:
+        """Return the pose of ``link`` in the world for the joint angles (n,); raises ConfigError for no link of it."""
+        if link not in self.description.tree.links:
+            known = ", ".join(self.description.tree.links)
+            raise ConfigError("link", f"{self.settings.called} has no link '{link}'; its links are {known}")
+        pose = self.posed(position_rad).skeleton.getBodyNode(dart_name(link)).getWorldTransform()
         return ToolPose(np.array(pose.translation()), np.array(pose.rotation()))
 
     def tool_position_m(self, position_rad: Array) -> Array:

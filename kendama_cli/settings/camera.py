@@ -30,12 +30,16 @@ class CameraModelSettings:
     distortion: tuple[float, float, float, float, float] = setting(
         "Distortion coefficients k1, k2, p1, p2 and k3 of OpenCV."
     )
-    position_m: Triple = setting("Position of the optical centre in the world [m].")
+    link: str | None = setting(
+        "Link of the arm that carries the camera, whose pose is then in this link's frame; null in the world.",
+        absent=None,
+    )
+    position_m: Triple = setting("Position of the optical centre in the world, or in the frame of 'link' [m].")
     look_at_m: Triple | None = setting(
-        "Point at which a level camera looks [m]; null if rotation_wxyz gives the rotation."
+        "Point at which a level camera looks, in the same frame [m]; null if rotation_wxyz gives the rotation."
     )
     rotation_wxyz: tuple[float, float, float, float] | None = setting(
-        "Unit quaternion of the camera's axes in the world, real part first; null if look_at_m gives the rotation."
+        "Unit quaternion of the camera's axes in the same frame, real part first; null if look_at_m gives them."
     )
     readout_s: float = setting(
         "Time from the exposure of the first row to that of the last [s]. It is 0 for a global shutter and negative "

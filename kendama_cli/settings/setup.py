@@ -43,14 +43,14 @@ class MeasuredDrag:
 
 @dataclass(frozen=True)
 class PlacedCamera:
-    """A camera's calibration with its pose in the robot's world."""
+    """A camera's calibration with its pose in the robot's world, or in a link."""
 
     camera: CameraModelSettings = setting("Lens and pose of the camera.")
     sigma_m: Triple = setting(
-        "Standard deviations of the camera's position, along the axes of the world [m].", at_least=0
+        "Standard deviations of the camera's position, along the axes of the world, or its link [m].", at_least=0
     )
     sigma_rad: Triple = setting(
-        "Standard deviations of the camera's rotation, about the axes of the world [rad].", at_least=0
+        "Standard deviations of the camera's rotation, about the axes of the world, or its link [rad].", at_least=0
     )
     source: str = setting("Method and data of the measurement.")
 

@@ -8,15 +8,20 @@ import pytest
 from kendama_cli.control.camera_solids import SEEN_M, camera_solids
 from kendama_cli.devices.camera.calibration import camera_models
 from kendama_cli.motion.rotation import matrix_of
+from kendama_cli.robot_model.arm_scene import Pose
 from kendama_cli.settings.camera import CameraSettings
 from tests.shipped_conf import configured
 
 ORIGIN = np.array([0.1, -0.2, 1.2])
 
 
+def no_arm(link: str) -> tuple[str, Pose]:
+    raise AssertionError(link)
+
+
 def test_the_wires_meet_in_the_camera_and_end_at_the_images_corners() -> None:
     settings = configured(CameraSettings, "camera", "virtual")
-    solids = camera_solids(settings, ORIGIN)
+    solids = camera_solids(settings, ORIGIN, no_arm)
     for number, model in enumerate(camera_models(settings)):
         own = solids[number * 10 : number * 10 + 10]
         assert [one.name for one in own] == ["camera"] * 2 + ["view"] * 8

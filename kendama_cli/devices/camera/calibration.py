@@ -17,11 +17,11 @@ from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
 MAKE_ONE = "make one with 'kendama camera calibrate'"
 
 
-def camera_models(settings: CameraSettings) -> list[CameraModel]:
+def camera_models(settings: CameraSettings, *, carried: bool = False) -> list[CameraModel]:
     """Return all cameras of the settings, with the values of ``settings.calibration`` where one is given.
 
-    Raises ConfigError where settings contradict each other, InputError where the file is no calibration of these
-    cameras.
+    Raises ConfigError where settings contradict each other, or a camera is on a link and may not be ``carried``,
+    InputError where the file is no calibration of these cameras.
     """
     cameras = settings.cameras
     if not cameras:
@@ -30,7 +30,7 @@ def camera_models(settings: CameraSettings) -> list[CameraModel]:
     if len(set(names)) < len(names):
         raise ConfigError("camera.cameras", f"'camera.cameras' has the names {', '.join(names)}: make each name unique")
     if settings.calibration is None:
-        return [camera_model(camera) for camera in cameras]
+        return [camera_model(camera, carried=carried) for camera in cameras]
     known = {camera.name: camera for camera in read_calibration(settings.calibration)}
     missing = [name for name in names if name not in known]
     if missing:
@@ -39,7 +39,7 @@ def camera_models(settings: CameraSettings) -> list[CameraModel]:
             f"it calibrates the cameras {', '.join(known)}, but 'camera.cameras' names '{missing[0]}'",
             remedy="calibrate all cameras in one go, or give 'camera.cameras' these names",
         )
-    return [camera_model(known[name]) for name in names]
+    return [camera_model(known[name], carried=carried) for name in names]
 
 
 def read_calibration(path: str) -> list[CameraModelSettings]:
@@ -61,8 +61,17 @@ def read_calibration(path: str) -> list[CameraModelSettings]:
     return made
 
 
-def camera_model(settings: CameraModelSettings) -> CameraModel:
-    """Return the calibrated model; raises ConfigError where the pose cannot be."""
+def camera_model(settings: CameraModelSettings, *, carried: bool = False) -> CameraModel:
+    """Return the calibrated model.
+
+    Raises ConfigError where the pose cannot be, or is in a link where no arm tells how it is ``carried``.
+    """
+    if settings.link is not None and not carried:
+        raise ConfigError(
+            "camera.cameras",
+            f"camera '{settings.name}' is on link '{settings.link}', but no arm carries it here; use it in 'transfer', "
+            "or give cameras that stand still (link: null)",
+        )
     if settings.rotation_wxyz is not None:
         rotation = _camera_axes(settings.rotation_wxyz).T
     else:
@@ -81,6 +90,7 @@ def camera_model(settings: CameraModelSettings) -> CameraModel:
         position_in_world_m=np.array(settings.position_m),
         lens=settings.lens,
         readout_s=settings.readout_s,
+        link=settings.link,
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.devices.camera.interface import Camera, Frame, StaleFrame
 from kendama_cli.schema.arrays import Array
+from kendama_cli.vision.cameras.camera_model import PlaceCamera
 from kendama_cli.vision.detection.interface import Sighting
 from kendama_cli.vision.prediction.tracker import BallTracker
 
@@ -59,7 +60,7 @@ class ImageLoop:
     has been found: from then on each sighting counts by itself. ``now_s`` is the clock of the frames' stamps, which are
     compared with ``stamp_decimals`` (None: exactly). ``on_stale`` is called where a camera's newest frame is older than
     ``max_age_s``. Of the next frame each camera reads out the tracker's region only; every ``whole_every``-th frame (0:
-    none) is a whole image.
+    none) is a whole image. ``placed`` tells where a camera on a link is at each time.
     """
 
     def __init__(
@@ -72,6 +73,7 @@ class ImageLoop:
         max_age_s: float,
         stamp_decimals: int | None = None,
         on_stale: Callable[[StaleFrame], None] = raise_stale,
+        placed: PlaceCamera = lambda model, _: model,
     ) -> None:
         self.cameras, self.tracker, self.period_s = cameras, tracker, period_s
         self.whole_every = 0
@@ -79,6 +81,8 @@ class ImageLoop:
         self._now_s, self._max_age_s, self._stamp_decimals = now_s, max_age_s, stamp_decimals
         self._newest_s = {camera.model.name: -np.inf for camera in cameras}
         self._waiting: dict[float, dict[str, ObservedImage]] = {}
+        self._carried = {one.model.name: one.model for one in cameras if one.model.link is not None}
+        self._placed = placed
 
     def restart(self) -> None:
         """Forget everything, as a new rollout begins: the clock was set back."""
@@ -91,6 +95,9 @@ class ImageLoop:
         self.tracker.reset()
         self._waiting.clear()
         self._newest_s = dict.fromkeys(self._newest_s, after_s)
+        if np.isfinite(after_s):
+            for name in self._carried:
+                self._place(name, after_s + self.period_s)
 
     def take(self) -> list[ObservedImage]:
         """Take every camera's frame, if it is a new one, with the ball found in it."""
@@ -113,6 +120,8 @@ class ImageLoop:
                 own_s = {
                     name: float(tracker.cameras[name].exposed_s(moment_s, one.centre_px)) for name, one in seen.items()
                 }
+                for name, t_s in own_s.items():
+                    self._place(name, t_s)
                 exposed_s = moment_s + sum(t_s - moment_s for t_s in own_s.values()) / max(len(own_s), 1)
                 fed.append(TimeStep(exposed_s, tracker.update(exposed_s, seen, tie_m(exposed_s), own_s)))
         return fed
@@ -126,7 +135,13 @@ class ImageLoop:
             ):
                 camera.set_region_of_interest(None)
             else:
+                self._place(camera.model.name, newest_s + self.period_s)
                 camera.set_region_of_interest(self.tracker.search.region(camera.model.name, newest_s + self.period_s))
+
+    def _place(self, name: str, t_s: float) -> None:
+        """Have the tracker use a camera on a link where it is at ``t_s``."""
+        if name in self._carried:
+            self.tracker.cameras[name] = self._placed(self._carried[name], t_s)
 
     def _take(self, camera: Camera) -> ObservedImage | None:
         name = camera.model.name
@@ -139,5 +154,6 @@ class ImageLoop:
             return None
         self._newest_s[name] = frame.t_s
         arrived_s, began_s = self._now_s(), time.perf_counter()
+        self._place(name, frame.t_s)
         sighting = self.tracker.search.detect(name, frame.t_s, frame.pixels, frame.origin_px)
         return ObservedImage(name, frame, sighting, arrived_s, self._now_s(), time.perf_counter() - began_s)

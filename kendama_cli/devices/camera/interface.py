@@ -15,7 +15,7 @@ from kendama_cli.rendering.mesh import LinkMesh
 from kendama_cli.rendering.scene import Scene
 from kendama_cli.settings.camera import CAMERAS, CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel, PlaceCamera
 from kendama_cli.vision.cameras.region import Region, whole
 
 
@@ -66,13 +66,17 @@ class Camera(Protocol):
 
 @dataclass(frozen=True)
 class SceneSource:
-    """Source of rendered images: the scene, its light, a noise stream per camera, and the meshes of its links."""
+    """Source of rendered images: the scene, its light, a noise stream per camera, and the meshes of its links.
+
+    ``placed`` gives the true pose of a camera on a link; None where there is no arm.
+    """
 
     scene: Scene
     game: GameSettings
     lighting: LightingSettings
     rngs: Sequence[np.random.Generator]
     links: Sequence[LinkMesh] = ()
+    placed: PlaceCamera | None = None
 
 
 class OpenCameras(Protocol):
@@ -130,7 +134,9 @@ def require_one_each(key: str, given: Sized, what: str, cameras: int) -> None:
 def open_cameras(settings: CameraSettings, clock: Callable[[], float], scene: SceneSource | None) -> list[Camera]:
     """Open all cameras, calibrated, on one ``clock`` [s]; only rendered ones need a ``scene``.
 
+    Without a ``scene`` the images alone count; with one, cameras on a link need it to have an arm.
     Raises ConfigError where the settings contradict each other, InputError where a file cannot be used, and
     MissingPartError where a device is not there.
     """
-    return list(CAMERAS.maker(settings.kind)(settings, camera_models(settings), clock, scene))
+    models = camera_models(settings, carried=scene is None or scene.placed is not None)
+    return list(CAMERAS.maker(settings.kind)(settings, models, clock, scene))

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from kendama_cli.devices.camera.interface import Frame, SceneSource, StaleFrame, too_old
 from kendama_cli.errors import ConfigError
+from kendama_cli.rendering.carried import held_still, window_light
 from kendama_cli.rendering.mesh import LinkMesh
 from kendama_cli.rendering.moving import SceneSampler, Shot
 from kendama_cli.rendering.raycast import Raycaster
@@ -19,7 +20,7 @@ from kendama_cli.rendering.sensor import Sensor
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import LightingSettings, VirtualCamera
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.camera_model import CameraModel, PlaceCamera
 from kendama_cli.vision.cameras.region import Region, whole
 
 FRAME_STEP = 0xD1342543DE82EF95
@@ -43,6 +44,7 @@ def open_virtual(
             rng=rng,
             offset_s=number * settings.stagger_s,
             links=scene.links,
+            placed=scene.placed,
         )
         for number, (model, rng) in enumerate(zip(models, scene.rngs, strict=True))
     ]
@@ -66,12 +68,14 @@ class VirtualCameraBlock:
         rng: np.random.Generator,
         offset_s: float = 0.0,
         links: Sequence[LinkMesh] = (),
+        placed: PlaceCamera | None = None,
     ) -> None:
         sensor = settings.sensor
         self.model = replace(model, readout_s=sensor.rows_s)
         self._settings, self._lighting = settings, lighting
         self._sampler = SceneSampler(settings.appearance, links)
-        self._raycaster = Raycaster(model, settings.appearance, lighting, game)
+        self._raycaster = partial(Raycaster, appearance=settings.appearance, lighting=lighting, game=game)
+        self._placed = placed if model.link is not None else None
         self._busy_s = sensor.busy_s
         self._sensor = Sensor(sensor)
         self._offset_s = offset_s
@@ -121,13 +125,24 @@ class VirtualCameraBlock:
         if self._key is None:  # sampled late, so that a stream restored after opening is the one that counts
             self._key = int(self._rng.integers(2**63))
         key = np.uint64((self._key + number * FRAME_STEP) % 2**64)
-        pixels = self._sensor.image(partial(self._raycaster.render, self._shot(t_s)), region, image, t_s=t_s, key=key)
+        pixels = self._sensor.image(self._light(t_s), region, image, t_s=t_s, key=key)
         return Frame(t_s, pixels, (region.left, region.top))
 
-    def _shot(self, t_s: float) -> Shot:
+    @cached_property
+    def _still(self) -> Raycaster:
+        return self._raycaster(self.model)
+
+    def _light(self, t_s: float) -> Callable[[Region], Array]:
+        """Return the function that renders the light (h, w, 3) in a region of the frame of ``t_s``."""
+        if self._placed is None:
+            return partial(self._still.render, self._shot(self._scene, t_s))
+        model, scene = held_still(self._scene, self._placed, self.model, t_s)
+        return partial(window_light, self._raycaster, model, self._shot(scene, t_s))
+
+    def _shot(self, scene: Scene, t_s: float) -> Shot:
         """Return the scene from the first row's opening to the last row's closing about ``t_s``."""
         exposure_s, half = self._settings.sensor.exposure_s, self._busy_s / 2
-        moving = self._sampler.moving(self._scene, t_s - half, t_s + half)
+        moving = self._sampler.moving(scene, t_s - half, t_s + half)
         moments = len(moving.ball_m) - 1
         rows = np.arange(self.model.height_px, dtype=np.float64) - (self.model.height_px - 1) / 2
         row_tau = (0.5 + rows * self.model.row_s / self._busy_s) * moments

@@ -150,6 +150,12 @@ def camera_place(
         str | None,
         typer.Option(metavar="NAME", help="The poses are joint angles of this robot (conf/robot/NAME.yaml)."),
     ] = None,
+    link: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="The cameras are on this link, the poses are the link's, and the board stands still."
+        ),
+    ] = None,
     output: SetupFile = Path("setup.yaml"),
     squares: Squares = "7x5",
     square_mm: SquareMm = 30.0,
@@ -161,11 +167,13 @@ def camera_place(
 ) -> None:
     """Find where calibrated cameras stand in a robot's world, from a board that its hand turns before them.
 
+    With --link, find where they are on a link of the arm, from a board that stands still.
+
     Example: kendama camera place view.png --calibration cameras.yaml --poses poses.csv
     """
     from kendama_cli.plugins.calibration.boards import board_of, kinds_of
     from kendama_cli.plugins.calibration.setup import PlaceRequest, place_in_robot
 
     board, kinds = board_of(squares, square_mm, marker_mm), kinds_of(board_kind)
-    request = PlaceRequest(tuple(paths), calibration, poses, robot, board, kinds)
+    request = PlaceRequest(tuple(paths), calibration, poses, robot, link, board, kinds)
     place_in_robot(find_site(home, config_dir), request, output, as_json=as_json)

@@ -4,6 +4,9 @@ For pose i of the hand G_i (hand in the robot's world) a camera sees the board a
 With Z (the cameras' world in the robot's) and X (the board in the hand): Z C_i = G_i X. The start is linear, rotations
 before translations (M. Shah, "Solving the robot-world/hand-eye calibration problem using the Kronecker product",
 J. Mechanisms Robotics 5(3), 2013); then all corners' pixels are fitted. OpenCV 5 has no calibrateRobotWorldHandEye.
+
+Cameras on a link G_i before a board that stands still are the same equation: with Z (the cameras' world in the link)
+and X (the board in the robot's world) the board is at G_i Z C_i = X, hence Z C_i = G_i^-1 X.
 """
 
 from __future__ import annotations
@@ -36,11 +39,16 @@ class EndEffectorPose:
     place_m: Array
     rotation: Array
 
+    def inverse(self) -> EndEffectorPose:
+        """Return the robot's world in the hand."""
+        return EndEffectorPose(-self.rotation.T @ self.place_m, self.rotation.T)
+
 
 @dataclass(frozen=True)
 class PlacedCameras:
     """Cameras in the robot's world, the board in the hand, and standard deviations (3,) of the cameras' world.
 
+    Of cameras on a link (see ``place_on_link``): in the link, and the board in the robot's world.
     ``sigma_m`` is of where the cameras stand in the mean, ``sigma_rad`` of their rotation about the robot's axes.
     ``rms_px`` is what the corners leave, ``rms_m`` the same at the board, ``views`` how many images were used.
     """
@@ -109,6 +117,18 @@ def place_cameras(
         rms_m=rms_px * float(away_m / focal_px),
         views=len(sights),
     )
+
+
+def place_on_link(
+    link: str,
+    board: Board,
+    cameras: Sequence[CameraModel],
+    views: Mapping[str, Sequence[BoardView]],
+    links: Mapping[str, EndEffectorPose],
+) -> PlacedCameras:
+    """Place cameras on ``link``, of poses ``links``, by views of a board that stands still; see place_cameras."""
+    made = place_cameras(board, cameras, views, {name: pose.inverse() for name, pose in links.items()})
+    return dataclasses.replace(made, cameras=tuple(dataclasses.replace(one, link=link) for one in made.cameras))
 
 
 def _sight(board: Board, camera: CameraModel, view: BoardView, hand: EndEffectorPose) -> _Sight:

@@ -18,11 +18,12 @@ PLACE = ("x_m", "y_m", "z_m")
 TURN = ("qw", "qx", "qy", "qz")
 
 
-def read_hand_poses(path: Path, arm: RobotModel | None) -> dict[str, EndEffectorPose]:
+def read_hand_poses(path: Path, arm: RobotModel | None, link: str | None = None) -> dict[str, EndEffectorPose]:
     """Read the hand's poses in the robot's world, by the column ``view``: the name of an image, without its ending.
 
     The other columns are the joints' angles [rad], by the joints' names, where there is an ``arm``; else x_m, y_m, z_m,
-    qw, qx, qy, qz. Raises InputError for a file that has them not.
+    qw, qx, qy, qz. With ``link`` the pose of this link takes the hand's place. Raises InputError for a file that has
+    them not, ConfigError for no link of the arm.
     """
     columns = (*PLACE, *TURN) if arm is None else arm.joint_names
     made: dict[str, EndEffectorPose] = {}
@@ -36,12 +37,12 @@ def read_hand_poses(path: Path, arm: RobotModel | None) -> dict[str, EndEffector
             raise InputError(str(path), f"line {number} is no pose of the hand", remedy=_remedy(columns))
         if name in made:
             raise InputError(str(path), f"line {number} gives '{name}' again", remedy="one line for each image")
-        made[name] = _of_joints(arm, values) if arm is not None else _of_place(path, number, values)
+        made[name] = _of_joints(arm, values, link) if arm is not None else _of_place(path, number, values)
     return made
 
 
-def _of_joints(arm: RobotModel, angles: np.ndarray) -> EndEffectorPose:
-    pose = arm.tool_pose(angles)
+def _of_joints(arm: RobotModel, angles: np.ndarray, link: str | None) -> EndEffectorPose:
+    pose = arm.tool_pose(angles) if link is None else arm.link_pose(link, angles)
     return EndEffectorPose(pose.position_m, pose.rotation)
 
 

@@ -16,6 +16,7 @@ from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.cli.setup_work import amended, refuse_setup
 from kendama_cli.config.compose import composed
+from kendama_cli.config.laboratory import read_setup
 from kendama_cli.config.site import Site
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.camera.views import cameras_of, read_views
@@ -24,7 +25,7 @@ from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.plugins.calibration import brightness
 from kendama_cli.plugins.calibration.board import Board, BoardSearch, BoardView
-from kendama_cli.plugins.calibration.hand_eye import PlacedCameras, place_cameras
+from kendama_cli.plugins.calibration.hand_eye import PlacedCameras, place_cameras, place_on_link
 from kendama_cli.plugins.calibration.hand_poses import matching, read_hand_poses
 from kendama_cli.plugins.calibration.latency import Blinks, measure_delay
 from kendama_cli.robot_model.model import RobotModel
@@ -39,12 +40,16 @@ PAGE = "docs/plugins/calibration.md"
 
 @dataclass(frozen=True)
 class PlaceRequest:
-    """Images by camera, these cameras' calibration, the hand's poses, and the robot where they are of its joints."""
+    """Images by camera, these cameras' calibration, the hand's poses, and the robot where they are of its joints.
+
+    With a ``link`` the cameras are on it, the poses are its own, and the board stands still.
+    """
 
     paths: tuple[Path, ...]
     calibration: Path
     poses: Path
     robot: str | None
+    link: str | None
     board: Board
     kinds: tuple[str, ...]
 
@@ -103,7 +108,7 @@ def place_in_robot(site: Site, request: PlaceRequest, output: Path, *, as_json: 
     """Place the cameras, show how well, and keep them in the setup; raises InputError, with nothing written."""
     refuse_setup(output)
     by_name = {one.name: one for one in read_calibration(str(request.calibration))}
-    hands = read_hand_poses(request.poses, _arm(site, request.robot))
+    hands = read_hand_poses(request.poses, _arm(site, request.robot), request.link)
     search = BoardSearch(request.board, request.kinds)
     views: dict[str, list[BoardView]] = {}
     for name, sources in cameras_of(request.paths).items():
@@ -116,14 +121,19 @@ def place_in_robot(site: Site, request: PlaceRequest, output: Path, *, as_json: 
     matching(hands, {view.name for seen in views.values() for view in seen}, request.poses)
     models = [camera_model(by_name[name]) for name in views]
     try:
-        made = place_cameras(search.board, models, views, hands)
+        if request.link is None:
+            made = place_cameras(search.board, models, views, hands)
+        else:
+            made = place_on_link(request.link, search.board, models, views, hands)
     except ValueError as wrong:
         raise InputError(str(request.poses), str(wrong), remedy=f"{PAGE} says how to hold the board") from None
     source = f"{made.views} images, {made.rms_px:.2f} px left"
     placed = tuple(
         PlacedCamera(_settings(one), _triple(made.sigma_m), _triple(made.sigma_rad), source) for one in made.cameras
     )
-    amended(output, cameras=placed)
+    before = (read_setup(output).cameras or ()) if output.exists() else ()
+    elsewhere = tuple(one for one in before if one.camera.link != request.link)
+    amended(output, cameras=(*elsewhere, *placed))
     _show(made, output, as_json=as_json)
 
 
@@ -132,14 +142,16 @@ def _show(made: PlacedCameras, output: Path, *, as_json: bool) -> None:
         cameras = {one.name: asdict(_settings(one)) for one in made.cameras}
         sigma = {"sigma_m": made.sigma_m.tolist(), "sigma_rad": made.sigma_rad.tolist()}
         left = {"rms_px": made.rms_px, "rms_m": made.rms_m, "views": made.views}
-        in_hand = {"board_in_hand_m": made.board_in_hand_m.tolist()}
+        board = "board_in_world_m" if made.cameras[0].link else "board_in_hand_m"
+        in_hand = {board: made.board_in_hand_m.tolist()}
         render.document({"cameras": cameras, **sigma, **left, **in_hand, "setup": str(output)})
         return
     off = " ".join(f"{1e3 * SIGMAS_95 * value:.2f}" for value in made.sigma_m)
     turned = " ".join(f"{math.degrees(SIGMAS_95 * value):.3f}" for value in made.sigma_rad)
     for one in made.cameras:
         render.text(
-            f"{one.name}: {' '.join(f'{value:.4f}' for value in one.position_in_world_m)} m in the robot's world"
+            f"{one.name}: {' '.join(f'{value:.4f}' for value in one.position_in_world_m)} m in "
+            + (f"link '{one.link}'" if one.link else "the robot's world")
         )
     render.text(f"known to +-{off} mm and +-{turned} deg (95 %)")
     render.prose(f"residual {made.rms_px:.2f} px, {1e3 * made.rms_m:.2f} mm at the board, rms over {made.views} images")
@@ -170,6 +182,7 @@ def _settings(model: CameraModel) -> CameraModelSettings:
         look_at_m=None,
         rotation_wxyz=(w, x, y, z),
         readout_s=model.readout_s,
+        link=model.link,
     )
 
 

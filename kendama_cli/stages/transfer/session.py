@@ -64,7 +64,7 @@ class TransferSession:
         solids = self._drawn.shapes(game).solids
         history = self._runner.history
         if cameras is not None and history is not None:
-            solids = (*solids, *camera_solids(cameras, history.origin_m))
+            solids = (*solids, *camera_solids(cameras, history.origin_m, self._drawn.holder))
         self._ctx.log.write("/transfer/scene", self._progress.clock_s, SceneUpdate(solids))
 
     def learn_and_play(self, policy: PolicyArtifact, settings: GameSettings, hardware: HardwareSettings) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -36,6 +37,8 @@ class CameraModel:
     lens: LensKind = "radial"
     readout_s: float = 0.0
     """From the first row's exposure to the last's; 0 of a global shutter"""
+    link: str | None = None
+    """The arm's link that carries the camera: what is said of the world is then of this link (see ``carried``)"""
 
     def __post_init__(self) -> None:
         for name, shape in (
@@ -75,6 +78,15 @@ class CameraModel:
         rows = np.asarray(pixels, dtype=np.float64)[..., 1] - (self.height_px - 1) / 2
         return np.asarray(frame_s, dtype=np.float64) + rows * self.row_s
 
+    def carried(self, rotation: Array, position_m: Array) -> CameraModel:
+        """Return the camera in the world in which its link has the axes ``rotation`` (3, 3) and ``position_m`` (3,)."""
+        return replace(
+            self,
+            link=None,
+            world_to_camera=self.world_to_camera @ rotation.T,
+            position_in_world_m=position_m + rotation @ self.position_in_world_m,
+        )
+
     def depth_m(self, points_m: ArrayLike) -> Array:
         """Distance (n,) of ``points_m`` (n, 3) in front of the image plane; negative behind it."""
         return np.asarray((np.asarray(points_m) - self.position_in_world_m) @ self.world_to_camera[2])
@@ -104,6 +116,10 @@ class CameraModel:
     def size_px(self, position_m: ArrayLike, radius_m: float) -> float:
         """Return the mean radius [px] of the disc of a sphere of ``radius_m`` at the world's ``position_m`` (3,)."""
         return self.optics.size_px(self.in_camera(position_m)[0], radius_m)
+
+
+PlaceCamera = Callable[[CameraModel, float], CameraModel]
+"""Function that returns a camera on a link in the world, as the arm carries it at a time [s]."""
 
 
 def looking_at(position_m: ArrayLike, target_m: ArrayLike) -> Array:

@@ -94,7 +94,7 @@ def posed(ball, cup=(0.0, 0.0, -5.0), arm=NOTHING):
 def light_of(made, scene, region):
     """The light itself (h, w, 3), before noise and gamma, of one exposure about 0 s."""
     made._scene = scene
-    return made._raycaster.render(made._shot(0.0), region)
+    return made._light(0.0)(region)
 
 
 ARM = np.array([[0.6, 0.5, -0.5], [0.3, 0.3, 0.1], [0.0, 0.0, -0.04]])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from kendama_cli.plugins.calibration.hand_eye import EndEffectorPose, PlacedCameras, place_cameras
+from kendama_cli.plugins.calibration.hand_eye import EndEffectorPose, PlacedCameras, place_cameras, place_on_link
 from tests.plugins.calibration.board_on_hand import IN_HAND, Told, calibrated, cameras, told
 from tests.plugins.calibration.board_views import BOARD
 
@@ -33,6 +33,23 @@ def test_exact_poses_place_the_cameras_to_the_corners_noise() -> None:
     assert made.views == 24
     corner = np.array([-BOARD.columns / 2, BOARD.rows / 2, 0]) * BOARD.square_m
     assert made.board_in_hand_m == pytest.approx(IN_HAND[1] + IN_HAND[0] @ corner, abs=0.0005)
+
+
+def test_cameras_on_a_link_before_a_board_that_stands_are_placed_in_the_link() -> None:
+    """The same images are of a standing board: where the hand's frame takes the world's place, it is the link's."""
+    given, turn = told(12, 10000), Rotation.from_euler("xyz", [0.2, 1.0, -0.4]).as_matrix()
+    links = {name: hand.inverse() for name, hand in given.hands.items()}  # the link in a world that holds the board
+    elsewhere = {
+        name: EndEffectorPose(turn @ one.place_m + [0.1, 0.2, 0.3], turn @ one.rotation) for name, one in links.items()
+    }
+    made = place_on_link("wrist", BOARD, calibrated(cameras()), given.views, elsewhere)
+    place, rotation = off(made)
+    assert np.abs(place).max() < 0.0005
+    assert np.abs(rotation).max() < 0.001
+    assert {one.link for one in made.cameras} == {"wrist"}
+    corner = np.array([-BOARD.columns / 2, BOARD.rows / 2, 0]) * BOARD.square_m
+    board_m = turn @ (IN_HAND[1] + IN_HAND[0] @ corner) + [0.1, 0.2, 0.3]
+    assert made.board_in_hand_m == pytest.approx(board_m, abs=0.0005)
 
 
 def test_what_is_told_of_the_error_holds_for_a_robot_that_is_off() -> None:

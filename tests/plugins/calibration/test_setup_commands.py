@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 from pathlib import Path
 
@@ -12,12 +13,15 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
+from kendama_cli.cli.setup_work import amended
 from kendama_cli.config.laboratory import read_setup
 from kendama_cli.plugins.calibration.calibration import CalibratedCamera
 from kendama_cli.plugins.calibration.calibration_file import calibration_document
+from kendama_cli.plugins.calibration.setup import _settings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.settings.setup import PlacedCamera
 from tests.cli.typed import kendama, refused
 from tests.plugins.calibration.board_on_hand import board_pose, calibrated, cameras, hands
 from tests.plugins.calibration.board_views import BOARD, camera, view
@@ -146,6 +150,43 @@ def test_joint_angles_of_a_robot_place_the_cameras_within_what_is_told(here, cap
         off = (np.array(one.camera.position_m) - true.position_in_world_m) / one.sigma_m
         assert np.abs(off).max() < 4, off  # 6 draws of a known sigma pass 4 once in 3000; what is told is known to 30 %
         assert max(one.sigma_m) < 0.002
+
+
+def test_a_camera_on_a_link_joins_the_fixed_ones_of_the_setup(here, capsys):
+    """The PA10's last joints turn a camera on its flange before a board that stands; then a game can read it."""
+    rng = np.random.default_rng(10011)
+    settings = configured(RobotSettings, "robot", "pa10")
+    arm = RobotModel(settings, configured(GameSettings, "game", "kendama").cup, 9.81)
+    home = np.array(settings.home_rad)
+    angles = home + rng.uniform(-1, 1, (10, 7)) * [0.03, 0.03, 0.03, 0.03, 0.3, 0.3, 0.3]
+    links = [arm.link_pose("flange", one) for one in angles]
+    at_home = arm.link_pose("flange", home)
+    middle = np.add(at_home.position_m, [0.0, 0.0, -0.6])  # the board lies below
+    above = dataclasses.replace(camera("right", np.add(at_home.position_m, [0.02, 0.05, 0.0]), middle), name="hand")
+    in_link = (
+        above.world_to_camera @ at_home.rotation,
+        at_home.rotation.T @ (above.position_in_world_m - at_home.position_m),
+    )
+    model = dataclasses.replace(above, world_to_camera=in_link[0], position_in_world_m=in_link[1])
+    (here / "hand").mkdir()
+    for number, pose in enumerate(links):
+        seen = view(model.carried(pose.rotation, pose.position_m), (np.eye(3), middle), seed=number)
+        cv2.imwrite(str(here / "hand" / f"{number}.png"), seen)
+    nothing = np.zeros(4), (), np.zeros(0), (np.zeros((1, 2)),)
+    document = calibration_document(BOARD, [CalibratedCamera(calibrated([model])[0], *nothing)])
+    (here / "calibration.yaml").write_text(yaml.safe_dump(document))
+    write_rows(here / "poses.csv", ["view", *arm.joint_names], [[k, *row] for k, row in enumerate(angles.tolist())])
+    fixed = PlacedCamera(_settings(camera("left", np.array([0.0, -1.5, 0.3]), middle)), (0.0,) * 3, (0.0,) * 3, "tape")
+    amended(here / "setup.yaml", cameras=(fixed,))
+    words = ("camera", "place", "hand", "--calibration", "calibration.yaml", "--poses", "poses.csv", "--robot", "pa10")
+    code, out, err = kendama(capsys, *words, "--link", "flange")
+    assert code == 0, err
+    assert "m in link 'flange'" in out
+    kept = read_setup(here / "setup.yaml").cameras
+    assert kept is not None
+    assert [(one.camera.name, one.camera.link) for one in kept] == [("left", None), ("hand", "flange")]
+    assert kept[1].camera.position_m == pytest.approx(in_link[1], abs=0.002)
+    assert "has no link 'hand'; its links are base, link_s1" in refused(capsys, *words, "--link", "hand")
 
 
 def test_wrong_poses_are_one_clear_line(here, capsys, held_board):
