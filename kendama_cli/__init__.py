@@ -67,10 +67,18 @@ __all__ = [
 ]
 
 
+LIGHT = {
+    "__version__": "kendama_cli.version",
+    "Demonstration": "kendama_cli.artifacts.demonstration",
+    "MotionPlan": "kendama_cli.artifacts.motion_plan",
+    **dict.fromkeys(("configuration", "encode", "play"), "kendama_cli.api_models"),
+}
+"""Names that are imported from their own module: without pandas, the simulator and all else that runs need."""
+
+
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module 'kendama_cli' has no attribute '{name}'")
     import importlib  # noqa: PLC0415 - by name: numpy, pandas and OpenCV come only where the library is used
 
-    module = "kendama_cli.version" if name == "__version__" else "kendama_cli.api"
-    return getattr(importlib.import_module(module), name)
+    return getattr(importlib.import_module(LIGHT.get(name, "kendama_cli.api")), name)

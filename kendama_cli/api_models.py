@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,16 +12,16 @@ from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site, find_site
-from kendama_cli.learning.interface import Policy
-from kendama_cli.learning.learners import make_policy
-from kendama_cli.learning.verification import verify_policy
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.motion.dmp.primitive import DmpMotion
 from kendama_cli.motion.dmp.primitive import play as play_plan
 from kendama_cli.pipeline.catalogue import load_pipeline
-from kendama_cli.pipeline.finished_run import Run
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.simulation.dart.hand_world import Swing, carry_cup
+
+if TYPE_CHECKING:
+    from kendama_cli.learning.interface import Policy
+    from kendama_cli.pipeline.finished_run import Run
+    from kendama_cli.simulation.dart.hand_world import Swing
 
 
 def configuration(overrides: Sequence[str] = (), config_dir: Path | str | None = None) -> Mapping[str, Any]:
@@ -70,7 +70,9 @@ def encode(demonstrations: Sequence[Demonstration], overrides: Sequence[str] = (
     ConfigError
         If an override does not fit.
     """
-    return encode_demonstrations(demonstrations, configuration(overrides)["encode"])
+    config = composed(site_of(None, None), list(overrides))
+    settings = build_settings({node: config[node] for node in ("seed", "encode")})  # all others take longer
+    return encode_demonstrations(demonstrations, settings["encode"])
 
 
 def play(plan: MotionPlan, t_s: Any) -> DmpMotion:
@@ -114,6 +116,9 @@ def policy(run: Run, stage: str = "learn") -> Policy:
     StageError
         If it is not a policy that can be used.
     """
+    from kendama_cli.learning.learners import make_policy  # noqa: PLC0415 - the learners' compiled code
+    from kendama_cli.learning.verification import verify_policy  # noqa: PLC0415
+
     site = site_of(None, None)
     declared = load_pipeline(run.pipeline, (*run.pipeline_folders, *site.pipeline_folders))
     settings = build_settings(composed(site, [*declared.overrides, *run.overrides]))["learn"]
@@ -162,6 +167,8 @@ def swing(
     SimulationError
         If the ball is flung away.
     """
+    from kendama_cli.simulation.dart.hand_world import carry_cup  # noqa: PLC0415 - the simulator
+
     times, path = np.asarray(t_s, dtype=np.float64), np.asarray(cup_m, dtype=np.float64)
     if times.ndim != 1 or len(times) < 2 or path.shape != (len(times), 3):
         raise ValueError(f"t_s has shape {times.shape} and cup_m {path.shape}; allowed: (n,) and (n, 3), n from 2")

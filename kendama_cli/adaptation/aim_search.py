@@ -88,7 +88,7 @@ class AimSearch:
 
     def next_trial(self, search: Search) -> Trial | None:
         """Return the next trial, or None if the search has ended: repeats that confirm come last."""
-        attempts, confirmed = search.attempts, len(search.simulations.confirmed)
+        attempts = search.attempts
         ended = _in_a_row(attempts) == IN_A_ROW or len(attempts) >= self._settings.policy.max_rollouts
         if not ended:
             aimed, next_ = self._aimed(attempts)
@@ -100,9 +100,7 @@ class AimSearch:
             if trial is not None and trial.kind == "validate":
                 return trial
         best = self.best(search)
-        if best is not None and confirmed < self._settings.repeats:
-            return Trial("confirm", best, confirmed)
-        return None
+        return None if best is None else search.next_confirmation(best, self._settings.evaluation)
 
     def rollouts(self, search: Search) -> int:
         """Return the number of rollouts of the search; the repeats that confirm are no part of it."""

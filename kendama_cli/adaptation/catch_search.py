@@ -175,8 +175,7 @@ class TauSearch:
             short = sorted(dict(search.short_of_reach), key=lambda one: (search.slack_in_swing(one), distance_m[one]))
             return next_evaluation(search, short, self._mouth_m)
         trial = next_final_evaluation(search, self._winners(search), self._mouth_m)
-        confirmed = len(search.simulations.confirmed)
-        return Trial("confirm", best, confirmed) if trial is None and confirmed < self._settings.repeats else trial
+        return trial or search.next_confirmation(best, self._settings.evaluation)
 
     def rollouts(self, search: Search) -> int:
         """Return the number of rollouts of the search; the repeats that confirm are no part of it."""

@@ -64,10 +64,10 @@ class PolicySearch:
             if self.rollouts(search) < maximum and len(search.attempts) < MAX_FORBIDDEN * maximum:
                 proposal = self._variation(generation.proposals[inside])
                 return Trial("explore", proposal, len(search.attempts), complete)
-        best, confirmed = self.best(search), len(search.simulations.confirmed)
-        if best is not None and confirmed < self._settings.repeats:
-            return Trial("confirm", best, confirmed)
-        if best is None and search.short_of_reach:  # what the newest of them would be worth is reported
+        best = self.best(search)
+        if best is not None:
+            return search.next_confirmation(best, self._settings.evaluation)
+        if search.short_of_reach:  # what the newest of them would be worth is reported
             return self._next_repeat(search, search.short_of_reach[-1][0])
         return None
 

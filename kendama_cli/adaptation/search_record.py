@@ -19,6 +19,7 @@ from kendama_cli.adaptation.perturbation import (
     sampled,
 )
 from kendama_cli.adaptation.settings import UncertaintySettings
+from kendama_cli.artifacts.proportion import Evaluation
 from kendama_cli.physics.rim_crossing import SLACK_S
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart.arm_errors import NO_ERRORS
@@ -192,6 +193,12 @@ class Search:
     simulations: PerturbedSimulations
     attempts: tuple[Attempt, ...] = ()
     short_of_reach: tuple[tuple[MotionVariation, str], ...] = ()
+
+    def next_confirmation(self, best: MotionVariation, evaluation: Evaluation) -> Trial | None:
+        """Return the next repeat that confirms ``best``; None where its ``evaluation`` has ended."""
+        confirmed = self.simulations.confirmed
+        remaining = evaluation.to_play(sum(one.caught for one in confirmed), len(confirmed))
+        return Trial("confirm", best, len(confirmed)) if remaining else None
 
     def with_attempt(self, attempt: Attempt) -> Search:
         """Return this search with one attempt more."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from kendama_cli.artifacts.proportion import Evaluation
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
 from kendama_cli.settings.placement import LineSettings
@@ -261,9 +262,12 @@ class AdaptSettings:
         "The search ends after this many rollouts; rollouts that evaluate a motion do not count.", at_least=1
     )
     repeats: int = setting(
-        "The chosen motion is evaluated in this many fresh perturbed simulations, which give success_rate. More "
-        "repeats narrow its interval.",
+        "The chosen motion is evaluated in at most this many fresh perturbed simulations, which give success_rate. "
+        "More repeats narrow its interval.",
         at_least=1,
+    )
+    thorough: bool = setting(
+        "If true, all repeats are played; else they may end after a third, where the rate is clear."
     )
     tilt_fraction: float = setting(
         "The arm plays this fraction of the demonstrated tilt of the cup, or less if it cannot reach it. 0 keeps the "
@@ -284,3 +288,8 @@ class AdaptSettings:
             )
         if not low <= self.tau_start <= high:
             raise ConfigError("tau_start", f"'tau_start' is {self.tau_start}; allowed: {low} to {high} (tau_range)")
+
+    @property
+    def evaluation(self) -> Evaluation:
+        """Evaluation of the chosen motion."""
+        return Evaluation(self.repeats, self.thorough)

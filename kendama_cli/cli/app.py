@@ -17,7 +17,19 @@ from kendama_cli.cli.camera import camera_app
 from kendama_cli.cli.docs import docs
 from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.motion import motion_app
-from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, On, Overrides, PipelineName, Until
+from kendama_cli.cli.options import (
+    THOROUGH,
+    Arm,
+    ConfigDir,
+    Force,
+    Home,
+    Json,
+    On,
+    Overrides,
+    PipelineName,
+    Thorough,
+    Until,
+)
 from kendama_cli.cli.robot import robot_app
 from kendama_cli.cli.runs import diff, runs_app
 from kendama_cli.cli.settings import config, explain
@@ -93,6 +105,7 @@ def run(
     until: Until = None,
     force: Force = None,
     on: On = None,
+    thorough: Thorough = False,
     arm: Arm = False,
     watch: Annotated[bool, typer.Option("--watch", help="Show the run in the browser while it goes on.")] = False,
     port: Annotated[
@@ -115,7 +128,7 @@ def run(
         find_site(home, config_dir),
         pipeline,
         until,
-        overrides or [],
+        [*(overrides or []), *([THOROUGH] if thorough else [])],
         force or [],
         on=on,
         asked=context.obj,
@@ -231,6 +244,7 @@ def sweep(
         Path | None, typer.Option(metavar="FILE", help="Write one page that compares all runs, when they have ended.")
     ] = None,
     on: On = None,
+    thorough: Thorough = False,
     as_json: Json = False,
     home: Home = None,
     config_dir: ConfigDir = None,
@@ -242,9 +256,8 @@ def sweep(
     from kendama_cli.cli.sweep_work import sweep_pipeline
 
     site = find_site(home, config_dir)
-    return sweep_pipeline(
-        site, pipeline, until, overrides or [], on=on, jobs=jobs, name=name, report=report, as_json=as_json
-    )
+    words = [*(overrides or []), *([THOROUGH] if thorough else [])]
+    return sweep_pipeline(site, pipeline, until, words, on=on, jobs=jobs, name=name, report=report, as_json=as_json)
 
 
 @app.command()

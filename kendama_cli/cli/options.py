@@ -38,6 +38,11 @@ On = Annotated[
         autocompletion=completion.executors,
     ),
 ]
+Thorough = Annotated[
+    bool, typer.Option("--thorough", help="Play every evaluation to its end, also where its rate is clear earlier.")
+]
+THOROUGH = "transfer.thorough=true"
+"""Override of that option."""
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 Arm = Annotated[bool, typer.Option("--arm", help="Allow stages that move real hardware.")]
 Overrides = Annotated[

@@ -109,9 +109,10 @@ class TransferSettings:
         "the prompt; else a file to which any program appends a line, such as 'caught' or 'little short'."
     )
     imitation_repeats: int = setting(
-        "The motion that caught is played this many times more, which gives imitation_caught_rate.", at_least=0
+        "The motion that caught is played up to this many times more, which gives imitation_caught_rate.", at_least=0
     )
-    games: int = setting("Number of full games: swing-up, flight and catch.", above=0)
+    games: int = setting("Maximum number of full games: swing-up, flight and catch.", above=0)
+    thorough: bool = setting("If true, all repeats and games are played; else they may end where their rate is clear.")
     log_period_s: float = setting("Steps, joints and transforms are logged at this interval [s].", above=0)
     observation: ObservationSettings = setting("Observation of ball and cup.")
     catch: CatchSettings = setting("Interception of the ball by the cup.")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from kendama_cli.artifacts.proportion import Evaluation
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
 from kendama_cli.settings.robot import RobotSettings
@@ -185,7 +186,11 @@ class CountSettings:
         "then, or until max_rollouts, learning continues.",
         above=0,
     )
-    evaluation_rollouts: int = setting("The frozen policy is evaluated in this many rollouts.", above=0)
+    evaluation_rollouts: int = setting("The frozen policy is evaluated in at most this many rollouts.", above=0)
+    thorough: bool = setting(
+        "If true, evaluations play all their rollouts, repeats and games; else they may end after a third, where the "
+        "rate is clear by then."
+    )
 
     def __post_init__(self) -> None:
         for key in ("solved_streak", "max_rollouts"):
@@ -195,3 +200,8 @@ class CountSettings:
                     f"'{key}' is {getattr(self, key)}; allowed: at least learned_streak, which is "
                     f"{self.learned_streak}",
                 )
+
+    @property
+    def evaluation(self) -> Evaluation:
+        """Evaluation of the frozen policy."""
+        return Evaluation(self.evaluation_rollouts, self.thorough)

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.report.grid import Cell
+from kendama_cli.report.intervals import Between, rate_interval
 from kendama_cli.report.run_table import DEFAULT as _DEFAULT
 from kendama_cli.report.run_table import SEED as _SEED
 from kendama_cli.report.run_table import differing as _differing
@@ -56,6 +58,19 @@ class Group:
         """Return the metric of every member that has it, in order."""
         found = (member.figure(metric) for member in self.members)
         return np.array([value for value in found if value is not None])
+
+    def rate_between(self, metric: str, played: Array, planned: int) -> Between | None:
+        """Return the interval of a mean rate; of one member its own.
+
+        Where each member ``played`` (n,) as many trials as ``planned`` it is the exact one of all of them together.
+        """
+        rates, ends = self.figures(metric), [self.members[0].figure(f"{metric}_{end}") for end in ("low", "high")]
+        if len(self.members) == 1 and ends[0] is not None and ends[1] is not None:
+            return ends[0], ends[1]
+        if not (played == planned).all():
+            return rate_interval(rates)
+        exact = success_interval(round(float(rates.sum()) * planned), planned * len(rates))
+        return exact.low, exact.high
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,8 @@ def drawn(seed: int) -> tuple[float, float]:
 def played(folder: Path, arm: str, model: str, seed: int, run_seed: int) -> dict[str, object]:
     """Play one draw and return its row."""
     rope, drag = drawn(seed)
-    words = ["run", "-p", "perform", f"robot={arm}", "adapt.catch=open_loop", "adapt.repeats=1", f"seed={run_seed}"]
+    words = ["run", "--thorough", "-p", "perform", f"robot={arm}", "adapt.catch=open_loop", "adapt.repeats=1"]
+    words += [f"seed={run_seed}"]
     twin = ["hardware=mujoco", f"hardware.model={model}"]
     twin += [f"hardware.rope_scale={rope:.6f}", f"hardware.drag_scale={drag:.6f}"]
     document = json.loads(command(folder, *words, *twin, "--json"))

@@ -62,7 +62,8 @@ def test_a_result_is_told_in_the_words_of_its_declaration_where_it_has_their_met
     def told(stage: str, **metrics: Any) -> str:
         return briefly(StageOutcome(stage, stage, "key", "ran", 1.0, None, metrics, None))
 
-    assert told("adapt", success_rate=1.0, tau_scale=1.1432) == "100% of repeats caught, tau 1.14"
+    repeated = {"success_rate": 1.0, "repeats": 10, "success_rate_low": 0.631}
+    assert told("adapt", **repeated, tau_scale=1.1432) == "100% of 10 caught (≥ 0.63), tau 1.14"
     assert told("adapt", success_rate=None, tau_scale=1.1432, a=1) == "success_rate -, tau_scale 1.143"
     assert told("strangers", a=1, b=2, c=3) == "a 1, b 2"
 

@@ -157,7 +157,7 @@ def test_a_plot_that_one_point_cannot_fill_is_left_out(tmp_path):
     log = memory_log()
     log.write("/adapt/repeat", 0.0, AdaptRepeatMessage(0, True, 0.004))
     log.write("/adapt/rollout", 0.0, AdaptRolloutMessage(0, 1.1, 0.004, True, 1.0, 0.0, 0.0))
-    log.finish(tmp_path / "adapt.mcap", stage="adapt", settings={}, metrics={"tau_scale": 1.1})
+    log.finish(tmp_path / "adapt.mcap", stage="adapt", settings={}, metrics={"tau_scale": 1.1, "success_rate": 1.0})
     stages = [{"name": "adapt", "status": "ran"}]
     runs = [({"overrides": [], "stages": stages}, {"adapt": tmp_path / "adapt.mcap"})]
     page = make_sweep_report("made up", runs)

@@ -15,7 +15,7 @@ from tests.learning.settings_files import game_settings, learn_settings
 from tests.memory_context import MemoryContext
 
 IN_DART = "simulation/validation=dart"
-QUICK = {"count__evaluation_rollouts": 20}
+QUICK = {"count__evaluation_rollouts": 20, "count__thorough": True}
 
 
 def learn(ctx: MemoryContext, name: str = "easy", **replaced: object) -> StageResult:
@@ -82,6 +82,16 @@ def test_killed_and_resumed_equals_uninterrupted_bit_for_bit(whole, stop_after):
     assert resumed.artifact.digest == made.artifact.digest
     assert dict(resumed.metrics) == dict(made.metrics)
     assert again.log.messages == ctx.log.messages
+
+
+def test_an_evaluation_that_ends_early_is_the_start_of_all_its_rollouts():
+    early = learn(MemoryContext(seed=3), count__thorough=False).metrics
+    assert early["frozen_rollouts"] == 8, "of 20, all caught"
+    first = learn(MemoryContext(seed=3), count__evaluation_rollouts=8).metrics
+    assert {key: value for key, value in early.items() if first[key] != value} == {
+        "frozen_visual_caught_rate_low": pytest.approx(0.01 ** (1 / 8)),
+        "frozen_caught_rate_low": pytest.approx(0.01 ** (1 / 8)),
+    }
 
 
 def test_another_seed_learns_another_table(whole):

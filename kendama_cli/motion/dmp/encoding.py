@@ -13,12 +13,10 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.signal import fftconvolve, savgol_coeffs
 
 from kendama_cli.motion.dmp.basis import Basis, activations, phase
 from kendama_cli.motion.dmp.onset import MIN_SAMPLES, TrimmedDemonstration
@@ -60,6 +58,8 @@ def _local_cubic(position: Array, window: int, order: int, step: float) -> Array
 
     By fast convolution, so that the effort grows with the samples and hardly with the window.
     """
+    from scipy.signal import fftconvolve, savgol_coeffs  # noqa: PLC0415 - half a second to import
+
     kernel = savgol_coeffs(window, 3, deriv=order, delta=step)[:, None]
     made = fftconvolve(position, kernel, mode="same", axes=0)
     half = window // 2
@@ -69,10 +69,6 @@ def _local_cubic(position: Array, window: int, order: int, step: float) -> Array
         slope = np.polynomial.polynomial.polyder(cubic, order)
         made[samples][ends] = np.polynomial.polynomial.polyval(at[ends], slope).T
     return np.asarray(made)
-
-
-if TYPE_CHECKING:
-    from kendama_cli.motion.dmp.encoding import Derivatives
 
 
 def target_force(motion: Derivatives, goal: Array, goal_rate: Array, basis: Basis) -> Array:
@@ -250,8 +246,6 @@ class _ForceFit:
 
 def _fit_force(demonstration: TrimmedDemonstration, basis: Basis, settings: EncodeSettings) -> _ForceFit:
     """Return y0, y0', g, g' from the local cubics at the ends, weights from f; (4 + m, c)."""
-    from kendama_cli.motion.dmp.encoding import derivatives  # noqa: PLC0415 - scipy.signal, half a second to import
-
     motion = derivatives(demonstration, settings.smoothing_s)
     nothing = np.zeros(motion.position.shape[1])
     start_rate = motion.rate[0] if demonstration.starts_fast else nothing

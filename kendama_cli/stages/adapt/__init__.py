@@ -22,7 +22,7 @@ STAGE = StageDeclaration(
         Headline("success_rate", "of perturbed repeats caught by the adapted swing"),
         Headline("tau_scale", "time scale tau of the catch"),
     ),
-    brief="{success_rate:.0%} of repeats caught, tau {tau_scale:.2f}",
+    brief="{success_rate:.0%} of {repeats} caught (≥ {success_rate_low:.2f}), tau {tau_scale:.2f}",
     metrics={
         "caught": "True if the chosen motion catches in the undisturbed simulation.",
         "caught_later": "True if the ball came into the cup off the rim or on a later descent.",
@@ -31,6 +31,7 @@ STAGE = StageDeclaration(
         "rollouts": "Number of simulated rollouts that the search took.",
         "catch": "Method of the catch: visual moves the cup to the observed ball, open_loop plays the plan.",
         "uncertainty": "Name of the uncertainty from which the perturbed repeats are sampled.",
+        "repeats": "Number of perturbed repeats in which the chosen motion was evaluated.",
         "success_rate": "Fraction of perturbed repeats that the chosen motion catches; 1 is best.",
         "success_rate_low": "Lower end of the 95 % interval of the success rate.",
         "success_rate_high": "Upper end of the 95 % interval of the success rate.",
@@ -89,7 +90,7 @@ STAGE = StageDeclaration(
         "over {adapt.tau_range} in steps of {adapt.tau_step}, refined to {adapt.tau_resolution}.",
         "The game has a rope of {game.rope.length_m}, a ball of {game.ball.mass_kg} and radius "
         "{game.ball.radius_m}, and a cup of radius {game.cup.radius_m} and depth {game.cup.depth_m}.",
-        "A candidate was evaluated in {adapt.repeats} simulations perturbed by the uncertainty "
+        "A candidate was evaluated in {repeats} simulations perturbed by the uncertainty "
         '"{adapt.uncertainty.name}"; the mode of the catch was "{adapt.catch}".',
     ),
 )

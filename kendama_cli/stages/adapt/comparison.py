@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
@@ -49,18 +48,20 @@ def adaptation_table(runs: Ensemble) -> str:
     rows = []
     for group in runs.groups:
         tau, rollouts = group.figures("tau_scale"), group.figures("rollouts")
-        caught = np.concatenate([_caught(member.log) for member in group.members])
+        rates, repeats = group.figures("success_rate"), [_repeated(member.log) for member in group.members]
         fraction = EMPTY
-        if len(caught):
-            between = success_interval(int(caught.sum()), len(caught))
-            fraction = percent(float(caught.mean()), between=(between.low, between.high), digits=1)
+        if len(rates):
+            planned = int(group.members[0].log.setting("adapt", "repeats", default=0))
+            between = group.rate_between("success_rate", np.array([one for one in repeats if one]), planned)
+            fraction = percent(float(rates.mean()), between=between, digits=1)
         cells = [
             with_interval(float(values.mean()), mean_interval(values)) if len(values) else EMPTY
             for values in (tau, rollouts)
         ]
-        rows.append([group.cell(), Cell(str(len(group.members))), *cells, Cell(str(len(caught))), fraction])
+        rows.append([group.cell(), Cell(str(len(group.members))), *cells, Cell(str(sum(repeats))), fraction])
     head = [runs.differs, "logs", "tau", "rollouts", "repeats", "caught"]
-    note = "Below means their 95 % interval over the runs, below fractions the exact one over all repeats."
+    note = "Below means their 95 % interval over the runs, below fractions the exact one over all repeats,"
+    note += " or of the mean where evaluations ended early."
     return f'{grid(head, rows, name="adapt-compared", title="Time scale and catches")}<p class="note">{note}</p>'
 
 
@@ -149,8 +150,8 @@ def _misses_mm(log: StageLog) -> Array:
     return np.where(np.isfinite(miss_mm), np.minimum(np.abs(miss_mm), _MOST_MISS_MM), _MOST_MISS_MM)
 
 
-def _caught(log: StageLog) -> Array:
-    return log.table("/adapt/repeat", AdaptRepeatMessage)["caught"].to_numpy(np.float64)
+def _repeated(log: StageLog) -> int:
+    return len(log.table("/adapt/repeat", AdaptRepeatMessage))
 
 
 def _colours(groups: Sequence[Group]) -> list[str]:

@@ -12,7 +12,6 @@ from kendama_cli.adaptation.catch_search import MIN_APEX_M, TauSearch, nearest_a
 from kendama_cli.adaptation.search_record import Attempt, Bounds, CatchSearch, MotionVariation, Search
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion
-from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.errors import StageError
 from kendama_cli.motion.dmp.heading import turned_plan
 from kendama_cli.robot_model.model import RobotModel
@@ -61,7 +60,7 @@ def conclude(
         metrics["failure_reason"] = (
             policy_obstacle(chosen, search) if policy else _obstacle(trials, chosen, settings, bounds, result)
         )
-    rate = _rate(search)
+    rate = _rate(search, settings)
     metrics |= {
         "tau_scale": variation.tau_scale,
         "rollouts": method.rollouts(search),
@@ -101,22 +100,23 @@ def _of_search(
     return {"predicted_success": None if best is None else method.expected(search, best), "tau_windows": len(windows)}
 
 
-def _rate(search: Search) -> dict[str, float | None]:
+def _rate(search: Search, settings: AdaptSettings) -> dict[str, float | None]:
     confirmed = search.simulations.confirmed
-    if not confirmed:
-        return {"success_rate": None, "success_rate_low": None, "success_rate_high": None}
-    successes, repeats = sum(repeat.caught for repeat in confirmed), len(confirmed)
-    interval = success_interval(successes, repeats)
-    return {"success_rate": successes / repeats, "success_rate_low": interval.low, "success_rate_high": interval.high}
+    rate = settings.evaluation.figures("success_rate", sum(one.caught for one in confirmed), len(confirmed))
+    return {"repeats": len(confirmed), **rate}
 
 
 def _is_robust(search: Search, settings: AdaptSettings) -> bool:
-    """Return True if enough repeats were caught: those that ended a policy search, or those that confirm."""
+    """Return True if enough repeats were caught: those that ended a policy search, or those that confirm.
+
+    Repeats that confirm count too where they ended early.
+    """
     enough, of = settings.policy.stop_at
-    simulations = search.simulations
-    by_shape = settings.search not in {"tau", "aim"}
-    series = [made for _, made in simulations.evaluated] if by_shape else [simulations.confirmed]
-    return any(len(made) >= of and sum(one.caught for one in made) * of >= enough * len(made) for made in series)
+    series, fewest = [made for _, made in search.simulations.evaluated], of
+    if settings.search in {"tau", "aim"}:
+        confirmed = search.simulations.confirmed
+        series, fewest = [confirmed], of if len(confirmed) == settings.repeats else 1
+    return any(len(made) >= fewest and sum(one.caught for one in made) * of >= enough * len(made) for made in series)
 
 
 def _refused(search: Search, best: MotionVariation, method: CatchSearch) -> StageError:

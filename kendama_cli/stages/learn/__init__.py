@@ -24,7 +24,10 @@ STAGE = StageDeclaration(
         ),
         Headline("frozen_visual_caught_rate", "of swing-ups by the frozen policy end in the cup, by noisy sight"),
     ),
-    brief="{rollouts_to_solved} rollouts to solved, {frozen_visual_caught_rate:.0%} caught",
+    brief=(
+        "{rollouts_to_solved} rollouts, {frozen_visual_caught_rate:.0%} of {frozen_rollouts} caught "
+        "(≥ {frozen_visual_caught_rate_low:.2f})"
+    ),
     metrics={
         "learned": "True if the policy reached its streak of successes while it learned.",
         "rollouts_to_learned": (
@@ -36,6 +39,7 @@ STAGE = StageDeclaration(
             "better."
         ),
         "rollouts": "Total number of rollouts of learning.",
+        "frozen_rollouts": "Number of noisy rollouts in which the frozen policy was evaluated.",
         "frozen_visual_caught_rate": (
             "Fraction of noisy rollouts of the frozen policy whose ball the cup then catches by measurements that are "
             "noisy and late, on the rail; 1 is best."
@@ -92,6 +96,6 @@ STAGE = StageDeclaration(
         "time.",
         "Learning counted as solved after {learn.count.solved_streak} greedy successes in a row, at most "
         "{learn.count.max_rollouts} rollouts were run, and the frozen policy was evaluated in "
-        "{learn.count.evaluation_rollouts} rollouts.",
+        "{frozen_rollouts} rollouts.",
     ),
 )

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from kendama_cli.artifacts.proportion import success_interval
+from kendama_cli.artifacts.proportion import Evaluation
 from kendama_cli.simulation.swingup.rollout import SimulatedRollout
 from kendama_cli.stages.interface import Metric
 
@@ -73,20 +73,16 @@ class LearnProgress:
         """Fraction of the evaluation that succeeded."""
         return len(self.successes) / self.evaluated
 
-    def metrics(self) -> dict[str, Metric]:
-        """Return the metrics of the evaluation, see Learn.run."""
+    def metrics(self, evaluation: Evaluation) -> dict[str, Metric]:
+        """Return the metrics of the ``evaluation``, see Learn.run."""
         found = self.successes
         return {
-            **_rate("frozen_visual_caught_rate", self.caught_by_sight, self.evaluated),
-            **_rate("frozen_caught_rate", self.caught, self.evaluated),
+            "frozen_rollouts": self.evaluated,
+            **evaluation.figures("frozen_visual_caught_rate", self.caught_by_sight, self.evaluated),
+            **evaluation.figures("frozen_caught_rate", self.caught, self.evaluated),
             "frozen_success_rate": self.frozen_success_rate,
             "half_swings": statistics.median(one.half_swings for one in found) if found else None,
             "time_to_goal_s": statistics.median(one.duration_s for one in found) if found else None,
             "peak_displacement_m": self.peak_m,
             "simulated_s": self.simulated_s,
         }
-
-
-def _rate(name: str, successes: int, n: int) -> dict[str, Metric]:
-    between = success_interval(successes, n)
-    return {name: successes / n, f"{name}_low": between.low, f"{name}_high": between.high}

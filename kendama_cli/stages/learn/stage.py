@@ -135,9 +135,9 @@ class Learn:
             _log_table(frozen_policy.table, learner.count.rollouts, progress, ctx)
 
     def _evaluate(self, frozen: FrozenRollouts, learner: Learner, progress: LearnProgress, ctx: StageContext) -> None:
-        policy, noise_rng, desired = learner.policy, ctx.rng("evaluation"), self._settings.count.evaluation_rollouts
-        while progress.evaluated < desired:
-            rollout = frozen.evaluate(policy, noise_rng, at_most=desired - progress.evaluated)
+        policy, noise_rng, evaluation = learner.policy, ctx.rng("evaluation"), self._settings.count.evaluation
+        while to_look := evaluation.to_play(progress.caught_by_sight, progress.evaluated):
+            rollout = frozen.evaluate(policy, noise_rng, at_most=to_look)
             seen = rollout.catch is not None and caught_by_sight(
                 rollout.final, self._settings, self._game, ctx.rng("sight")
             )
@@ -145,7 +145,7 @@ class Learn:
             self._checkpoint(learner, progress, ctx)
             ctx.progress(
                 progress.evaluated,
-                desired,
+                evaluation.planned,
                 rollouts=learner.count.rollouts,
                 frozen_success_rate=progress.frozen_success_rate,
             )
@@ -173,7 +173,7 @@ class Learn:
             "solved": count.solved,
             "rollouts_to_solved": count.rollouts_to_solved(self._settings.count),
             "rollouts": count.rollouts,
-            **progress.metrics(),
+            **progress.metrics(self._settings.count.evaluation),
             "best_found_s": best.time_to_goal_s,
             "min_half_swings_found": best.half_swings,
         }

@@ -23,7 +23,7 @@ STAGE = StageDeclaration(
         Headline("success_rate_after", "of swing-ups succeed on {robot}"),
         Headline("caught_rate", "of full games caught on {robot}"),
     ),
-    brief="{caught_rate:.0%} of {games} games caught, {success_rate_after:.0%} swung up\n{imitation}",
+    brief="{caught_rate:.0%} of {games} games caught (≥ {caught_rate_low:.2f})\n{imitation}",
     capped={"rollouts": "learned", "rollouts_from_scratch": "learned_from_scratch", "rollouts_to_solved": "solved"},
     metrics={
         "rollouts": "Number of rollouts that were learned on the robot.",
@@ -43,7 +43,10 @@ STAGE = StageDeclaration(
         "imitation_caught": "True if the demonstrated swing was caught on the robot.",
         "imitation_attempts": "Number of attempts at the demonstrated swing, each aimed by those before.",
         "imitation_caught_at": "Number of the rollout at which the demonstrated swing was caught; fewer is better.",
+        "imitation_repeats": "Number of further plays of the demonstrated swing.",
         "imitation_caught_rate": "Fraction of further plays of the demonstrated swing that were caught; 1 is best.",
+        "imitation_caught_rate_low": "Lower end of the exact 95 % interval of imitation_caught_rate.",
+        "imitation_caught_rate_high": "Upper end of the exact 95 % interval of imitation_caught_rate.",
         "imitation_rope_scale": "Length of the rope that the failed attempts suggest, relative to the configured one.",
         "servo_lag_s": "Median lag of the arm's joints behind their commands, by which later commands lead.",
         "servo_sag_mm": "Distance at which the cup would rest from where it is commanded, as the swing begins.",
@@ -51,6 +54,8 @@ STAGE = StageDeclaration(
         "imitation_resized": "True if the motion was adapted again for the rope that the attempts suggest.",
         "games": "Number of full games: swing-up, observed flight and catch.",
         "caught_rate": "Fraction of full games that end with the ball in the cup; 1 is best.",
+        "caught_rate_low": "Lower end of the exact 95 % interval of caught_rate.",
+        "caught_rate_high": "Upper end of the exact 95 % interval of caught_rate.",
         "swung_up_rate": "Fraction of full games in which the ball came over the cup; 1 is best.",
         "prediction_error_mm_p50": "Median error of the last predicted catch position in the games; smaller is better.",
         "latency_frames_p95": (

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.report.chapters import EnsembleChapter
 from kendama_cli.report.ensemble import Ensemble, Group
 from kendama_cli.report.figure import Figure, Panel, figure
@@ -82,7 +81,7 @@ def transfer_table(runs: Ensemble) -> str:
     note = (
         "Rollouts on the robot up to the first of ten greedy successes in a row; a failure counts as the cap. Below"
         " means and ratios their 95 % intervals, below success rates the exact 95 % interval over all"
-        " trials."
+        " trials, or of the mean where evaluations ended early."
     )
     note = (f"Not learned or caught: {'; '.join(failed)}. " if failed else "") + note
     head = (*_HEAD, *(word for _, word in also))
@@ -151,9 +150,8 @@ def _rate(group: Group, metric: str, trials: str) -> Cell:
     each = int(group.members[0].log.setting("transfer", trials, default=0))
     if not each:
         return percent(float(rates.mean()))
-    n = each * len(rates)
-    sure = success_interval(round(float(rates.sum()) * each), n)
-    return percent(float(rates.mean()), between=(sure.low, sure.high))
+    played = group.figures(trials)  # of evaluations that always play all there is none
+    return percent(float(rates.mean()), between=group.rate_between(metric, played, each))
 
 
 def _body(settings: Mapping[str, Any]) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from kendama_cli.adaptation.aim import Aim
 from kendama_cli.adaptation.settings import CorrectionSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
+from kendama_cli.artifacts.proportion import Evaluation
 from kendama_cli.control.flight_observer import WatchedFlight
 from kendama_cli.control.game_runner import GameRunner
 from kendama_cli.control.imitation import Played, VisualImitation, fitted, play_motion
@@ -39,7 +40,8 @@ def imitation_over(progress: Progress, settings: TransferSettings) -> bool:
     if progress.untold is not None:
         return False
     if any(progress.imitation):
-        return len(progress.repeats) >= settings.imitation_repeats
+        repeats = Evaluation(settings.imitation_repeats, settings.thorough)
+        return not repeats.to_play(sum(progress.repeats), len(progress.repeats))
     return progress.aim_failed or len(progress.attempts) >= settings.imitation_attempts
 
 

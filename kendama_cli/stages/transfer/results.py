@@ -8,18 +8,20 @@ import numpy as np
 
 from kendama_cli.artifacts.friction_model import FrictionModel
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.artifacts.proportion import Evaluation
 from kendama_cli.artifacts.transfer_result import TransferResult
+from kendama_cli.control.settings import TransferSettings
 from kendama_cli.identification.servo import servo_changed
 from kendama_cli.stages.interface import Metric
 from kendama_cli.stages.transfer.progress import Progress
 
 
 def transfer_result(
-    progress: Progress, policy: PolicyArtifact | None, *, baseline: bool, sag_m: float | None
+    progress: Progress, policy: PolicyArtifact | None, settings: TransferSettings, *, sag_m: float | None
 ) -> tuple[TransferResult, Mapping[str, Metric]]:
     """Return what a transfer of ``policy``, if there was one, came to, and its metrics.
 
-    Those of learning from scratch are among them if ``baseline`` asked for it. ``sag_m`` is the servo's at the cup.
+    Those of learning from scratch are among them if ``settings`` ask for it. ``sag_m`` is the servo's at the cup.
     """
     result = TransferResult(
         policy=None if policy is None else progress.kept(policy),
@@ -28,9 +30,9 @@ def transfer_result(
         games=len(progress.games),
         caught=sum(game.caught for game in progress.games),
     )
-    learning = {} if policy is None else _learning(result, progress, baseline=baseline)
-    games = {} if policy is None else _games(result, progress)
-    return result, {**_imitation(progress, sag_m), **learning, **games, "missed_packets": progress.missed}
+    learning = {} if policy is None else _learning(result, progress, baseline=settings.baseline)
+    games = {} if policy is None else _games(result, progress, settings)
+    return result, {**_imitation(progress, settings, sag_m), **learning, **games, "missed_packets": progress.missed}
 
 
 def warnings(progress: Progress, friction: FrictionModel | None) -> Iterator[str]:
@@ -64,7 +66,7 @@ def _learning(result: TransferResult, progress: Progress, *, baseline: bool) -> 
     }
 
 
-def _imitation(progress: Progress, sag_m: float | None) -> dict[str, Metric]:
+def _imitation(progress: Progress, settings: TransferSettings, sag_m: float | None) -> dict[str, Metric]:
     attempts, servo = progress.imitation, progress.servo
     metrics: dict[str, Metric] = {"imitation_caught": None}
     if attempts:
@@ -75,8 +77,8 @@ def _imitation(progress: Progress, sag_m: float | None) -> dict[str, Metric]:
             "imitation_caught": caught_at is not None,
             "imitation_caught_at": caught_at,
             "imitation_attempts": len(attempts),
+            "imitation_caught_rate": None,  # below, with its interval
         }
-        metrics["imitation_caught_rate"] = float(np.mean(progress.repeats)) if progress.repeats else None
     if servo is not None:
         metrics["servo_lag_s"] = float(np.median(servo.lag_s))
         metrics["servo_dead_time_s"] = servo.dead_time_s
@@ -84,6 +86,10 @@ def _imitation(progress: Progress, sag_m: float | None) -> dict[str, Metric]:
     if progress.rope_fit is not None:
         metrics["imitation_rope_scale"] = progress.rope_fit.rope_scale
         metrics["imitation_resized"] = progress.rope_fit.resized
+    if attempts:
+        repeats = Evaluation(settings.imitation_repeats, settings.thorough)
+        metrics["imitation_repeats"] = len(progress.repeats)
+        metrics |= repeats.figures("imitation_caught_rate", sum(progress.repeats), len(progress.repeats))
     return metrics
 
 
@@ -105,14 +111,14 @@ SHOWN_LAG_S, SHOWN_SAG_M = 0.005, 0.001
 """A smaller lag and sag of the servo are not worth a word."""
 
 
-def _games(result: TransferResult, progress: Progress) -> dict[str, Metric]:
+def _games(result: TransferResult, progress: Progress, settings: TransferSettings) -> dict[str, Metric]:
     games = progress.games
     errors = [game.error_mm for game in games if game.error_mm is not None]
     latencies = [game.latency_frames for game in games if game.latency_frames is not None]
     frames = sum(game.frames for game in games)
     return {
         "games": result.games,
-        "caught_rate": result.caught / result.games,
+        **Evaluation(settings.games, settings.thorough).figures("caught_rate", result.caught, result.games),
         "swung_up_rate": float(np.mean([game.swung_up for game in games])),
         "prediction_error_mm_p50": float(np.median(errors)) if errors else None,
         "latency_frames_p95": max(latencies) if latencies else None,

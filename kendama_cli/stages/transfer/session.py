@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.artifacts.proportion import Evaluation
 from kendama_cli.control.camera_solids import camera_solids
 from kendama_cli.control.game_runner import GameRunner
 from kendama_cli.control.scene_history import cup_rotation_wxyz
@@ -114,8 +115,8 @@ class TransferSession:
 
     def play(self, policy: PolicyArtifact, settings: GameSettings, hardware: HardwareSettings) -> None:
         """Play full games of the frozen policy; ``hardware`` is what the robot was opened as."""
-        progress = self._progress
-        while len(progress.games) < self._settings.games:
+        progress, evaluation = self._progress, Evaluation(self._settings.games, self._settings.thorough)
+        while evaluation.to_play(sum(one.caught for one in progress.games), len(progress.games)):
             index = len(progress.games)
             seed = int(progress.rng("game", index).integers(2**63))
             game = self._runner.play(make_policy(policy, self._learn), seed=seed, pictured=index == 0)

@@ -120,7 +120,7 @@ class Transfer:
         sag_m = None
         if motion is not None and progress.servo is not None:
             sag_m = cup_sag_m(builder.arm, progress.servo, motion.joints.position_rad[0])
-        result, metrics = transfer_result(progress, policy, baseline=settings.baseline, sag_m=sag_m)
+        result, metrics = transfer_result(progress, policy, settings, sag_m=sag_m)
         return StageResult(result, metrics, warnings=(*held, *warnings(progress, friction)))
 
     def _policy(self, given: Mapping[str, Any]) -> PolicyArtifact | None:
