@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
+from scipy.signal import lfilter, savgol_filter
 
 from kendama_cli.artifacts.servo_model import ServoModel
 from kendama_cli.devices.robot.interface import Exchange
@@ -49,28 +49,47 @@ def servo_changed(before: ServoModel, now: ServoModel) -> bool:
 def fit_servo(arm: RobotModel, sent_rad: Array, measured_rad: Array, period_s: float) -> ServoModel | None:
     """Return the servo that turned the commands ``sent_rad`` (k, n) into the angles ``measured_rad`` (k, n).
 
-    Per joint, by least squares over all control periods,
+    Per joint, over all control periods,
 
         u(t) - q(t + d) = T q'(t + d) + s tau(q, q', q'')(t + d) + c
 
-    with the dead time d, a whole number of periods, common to all joints. The standard deviation of T counts the
-    residuals' correlation from period to period. A lag within its 95 % interval of zero, or below half a control
-    period, is zero; so are sag and offset where they never come to FOLLOWS_RAD. None where no joint moved, or the
-    motion is shorter than the polynomials that smooth it.
+    with the dead time d, common to all joints. Least squares find d in whole periods. They shrink T and above all s, as
+    the encoders' noise, differentiated, is in the terms (errors in variables). So the rest is found by instrumental
+    variables (Reiersol 1945): the same terms of the motion that the commands make of a lag alone, in which no noise is.
+    Of a command that is held for a period d is minus half a period, and d is never less.
+
+    The standard deviation of T counts the residuals' correlation from period to period. A delay within its 95 %
+    interval of zero, or below half a control period, is zero; so are sag and offset where they never come to
+    FOLLOWS_RAD. None where no joint moved, or the motion is shorter than the polynomials that smooth it.
     """
     window = 2 * round(WINDOW_S / period_s / 2) + 1
     longest = round(MAX_DEAD_TIME_S / period_s)
     window = max(window, ORDER + 3)
     if len(measured_rad) < 2 * window + longest:
         return None
-    motion = _Motion.smoothed(arm, sent_rad, measured_rad, window, period_s)
+    motion = _Motion.smoothed(arm, measured_rad, window, period_s)
     moved = motion.moving()
     if not moved.any():
         return None
-    fits = [motion.fit(delay, moved) for delay in range(longest + 1)]
+    fits = [_Fit.of(_Delayed(sent_rad, motion, motion, delay), moved) for delay in range(longest + 1)]
     least = min(one.squares for one in fits)
     delay = next(k for k, one in enumerate(fits) if one.squares <= PARSIMONY * least)
-    return fits[delay].servo(arm.joint_names, delay * period_s, period_s)
+    rough = fits[delay].servo(arm.joint_names, delay * period_s, period_s)
+    if rough.follows:
+        return rough
+    noiseless = _Motion.smoothed(arm, _lagged(sent_rad, fits[delay].lag_s, period_s), window, period_s)
+    delayed = _Delayed(sent_rad, motion, noiseless, delay)
+    rest_s = max(delayed.rest_s(moved), -(delay + 0.5) * period_s)
+    return _Fit.of(delayed, moved, rest_s).servo(arm.joint_names, delay * period_s + rest_s, period_s)
+
+
+def _lagged(sent: Array, lag_s: Array, period_s: float) -> Array:
+    """Return what a lag of first order makes of the commands ``sent`` (k, n), each held for a period."""
+    columns = []
+    for column, lag in zip(sent.T, lag_s, strict=True):
+        kept = math.exp(-period_s / lag) if lag > 0.0 else 0.0
+        columns.append(lfilter([1.0 - kept], [1.0, -kept], column - column[0]) + column[0])
+    return np.array(columns).T
 
 
 @dataclass(frozen=True)
@@ -83,6 +102,24 @@ class _Fit:
     sag_rad_nm: Array
     offset_rad: Array
     max_sag_rad: Array
+
+    @staticmethod
+    def of(delayed: _Delayed, moved: np.ndarray, rest_s: float = 0.0) -> _Fit:
+        """Return the fit with ``rest_s`` of dead time beside that of ``delayed``."""
+        count = moved.size
+        lag, sigma, sag, offset, squares = (np.zeros(count) for _ in range(5))
+        for j in np.flatnonzero(moved):
+            terms, pure = delayed.terms(j, rest_s)
+            (lag[j], sag[j], offset[j]), residual = _solved(terms, pure, delayed.behind(j, rest_s))
+            squares[j] = residual @ residual
+            sigma[j] = _deviation(terms, pure, residual)
+        lag[~moved], sigma[~moved] = np.median(lag[moved]), np.median(sigma[moved])
+        for j in np.flatnonzero(~moved):
+            terms, pure = delayed.terms(j, rest_s)
+            behind = delayed.behind(j, rest_s) - lag[j] * terms[:, 0]
+            (sag[j], offset[j]), _ = _solved(terms[:, 1:], pure[:, 1:], behind)
+        largest = np.abs(delayed.motion.torque_nm * sag + offset).max(axis=0)
+        return _Fit(float(squares.sum()), lag, sigma, sag, offset, largest)
 
     def servo(self, names: tuple[str, ...], dead_time_s: float, period_s: float) -> ServoModel:
         """Return the model, its insignificant terms zero."""
@@ -102,48 +139,77 @@ class _Fit:
 
 @dataclass(frozen=True)
 class _Motion:
-    """Commands, smoothed angles, their rates and the torques of the rigid bodies, (k, n) each."""
+    """Smoothed angles, their rates and the torques of the rigid bodies, (k, n) each."""
 
-    sent: Array
     position: Array
     velocity: Array
+    acceleration: Array
     torque_nm: Array
     edge: int
 
     @staticmethod
-    def smoothed(arm: RobotModel, sent: Array, measured: Array, window: int, period_s: float) -> _Motion:
-        position, velocity, change = (
-            np.asarray(savgol_filter(measured, window, ORDER, deriv=order, delta=period_s, axis=0))
-            for order in range(3)
+    def smoothed(arm: RobotModel, angles: Array, window: int, period_s: float) -> _Motion:
+        position, velocity, acceleration = (
+            np.asarray(savgol_filter(angles, window, ORDER, deriv=order, delta=period_s, axis=0)) for order in range(3)
         )
-        rows = zip(position, velocity, change, strict=True)
+        rows = zip(position, velocity, acceleration, strict=True)
         torque_nm = np.array([arm.rigid_effort_nm(*row) for row in rows])
-        return _Motion(sent, position, velocity, torque_nm, window // 2)
+        return _Motion(position, velocity, acceleration, torque_nm, window // 2)
 
     def moving(self) -> np.ndarray:
         """Return a mask (n,) of the joints that moved."""
         squares = (self.velocity**2).mean(axis=0)
         return np.asarray((squares > MOVED * squares.max()) & (squares > STILL_RAD_S**2))
 
-    def fit(self, delay: int, moved: np.ndarray) -> _Fit:
-        """Return the coefficients with a dead time of ``delay`` periods."""
-        end = len(self.sent) - self.edge
-        here, ahead = slice(self.edge, end - delay), slice(self.edge + delay, end)
-        behind = self.sent[here] - self.position[ahead]
-        velocity, torque = self.velocity[ahead], self.torque_nm[ahead]
-        count = moved.size
-        lag, sigma, sag, offset, squares = (np.zeros(count) for _ in range(5))
+
+@dataclass(frozen=True)
+class _Delayed:
+    """Commands ``sent`` (k, n) beside the ``motion`` that is ``delay`` periods later, and their ``instruments``.
+
+    Instruments are of the commands' own time, or the motion itself for least squares.
+    """
+
+    sent: Array
+    motion: _Motion
+    instruments: _Motion
+    delay: int
+
+    def behind(self, j: int, rest_s: float) -> Array:
+        """Return u(t) - q(t + d) of joint ``j``, with q to second order in ``rest_s``."""
+        motion, ahead = self.motion, self._rows(self.motion)
+        later = rest_s * motion.velocity[ahead, j] + rest_s**2 / 2 * motion.acceleration[ahead, j]
+        return np.asarray(self.sent[self._rows(None), j] - motion.position[ahead, j] - later)
+
+    def terms(self, j: int, rest_s: float) -> tuple[Array, Array]:
+        """Return q', tau and 1 of joint ``j`` (rows, 3), and the same of its instruments."""
+        both = []
+        for motion in (self.motion, self.instruments):
+            rows = self._rows(motion)
+            rate = motion.velocity[rows, j] + rest_s * motion.acceleration[rows, j]
+            both.append(np.column_stack([rate, motion.torque_nm[rows, j], np.ones(len(rate))]))
+        return both[0], both[1]
+
+    def rest_s(self, moved: np.ndarray) -> float:
+        """Return the dead time beside ``delay`` periods: the median of that of the joints which ``moved``.
+
+        With r the rest, u - q = (T + r) q' + (T r + r^2 / 2) q'' + ...: of the coefficients D and A of q' and q'',
+
+            r = D - sqrt(D^2 - 2 A).
+        """
+        found = []
         for j in np.flatnonzero(moved):
-            terms = np.column_stack([velocity[:, j], torque[:, j], np.ones(len(behind))])
-            (lag[j], sag[j], offset[j]), residual = _least_squares(terms, behind[:, j])
-            squares[j] = residual @ residual
-            sigma[j] = _deviation(terms, residual)
-        lag[~moved], sigma[~moved] = np.median(lag[moved]), np.median(sigma[moved])
-        for j in np.flatnonzero(~moved):
-            terms = np.column_stack([torque[:, j], np.ones(len(behind))])
-            (sag[j], offset[j]), _ = _least_squares(terms, behind[:, j] - lag[j] * velocity[:, j])
-        largest = np.abs(torque * sag + offset).max(axis=0)
-        return _Fit(float(squares.sum()), lag, sigma, sag, offset, largest)
+            rows = [
+                np.column_stack([one, motion.acceleration[self._rows(motion), j]])
+                for one, motion in zip(self.terms(j, 0.0), (self.motion, self.instruments), strict=True)
+            ]
+            (delay_s, _, _, square), _ = _solved(rows[0], rows[1], self.behind(j, 0.0))
+            found.append(delay_s - math.sqrt(max(delay_s**2 - 2.0 * square, 0.0)))
+        return float(np.median(found))
+
+    def _rows(self, motion: _Motion | None) -> slice:
+        """Return the rows of ``motion``, without its edges: those of the commands but for the late motion itself."""
+        edge, end = self.motion.edge, len(self.sent) - self.motion.edge
+        return slice(edge + self.delay, end) if motion is self.motion else slice(edge, end - self.delay)
 
 
 def cup_sag_m(arm: RobotModel, servo: ServoModel, position_rad: Array) -> float:
@@ -153,14 +219,17 @@ def cup_sag_m(arm: RobotModel, servo: ServoModel, position_rad: Array) -> float:
     return float(np.linalg.norm(arm.tool_position_m(resting_rad) - arm.tool_position_m(position_rad)))
 
 
-def _least_squares(terms: Array, values: Array) -> tuple[Array, Array]:
-    """Return coefficients and residual of ``values`` (k,) by ``terms`` (k, m)."""
-    found: Array = np.asarray(np.linalg.lstsq(terms, values, rcond=None)[0], dtype=np.float64)
+def _solved(terms: Array, instruments: Array, values: Array) -> tuple[Array, Array]:
+    """Return coefficients c and residual of ``values`` (k,) by ``terms`` X and ``instruments`` Z, (k, m) each.
+
+    Z^T X c = Z^T values: least squares where Z is X.
+    """
+    found: Array = np.asarray(np.linalg.pinv(instruments.T @ terms) @ (instruments.T @ values), dtype=np.float64)
     return found, values - terms @ found
 
 
-def _deviation(terms: Array, residual: Array) -> float:
-    """Return the standard deviation of the first coefficient.
+def _deviation(terms: Array, instruments: Array, residual: Array) -> float:
+    """Return the standard deviation of the first coefficient of ``_solved``.
 
     With the residuals' correlation rho from one period to the next the variance of independent ones is multiplied by
     (1 + rho) / (1 - rho), that of a process of first order.
@@ -168,5 +237,8 @@ def _deviation(terms: Array, residual: Array) -> float:
     square = float(residual @ residual)
     rho = float(residual[1:] @ residual[:-1]) / square if square > 0.0 else 0.0
     inflated = (1.0 + max(rho, 0.0)) / max(1.0 - rho, 1e-3)
-    variance = square / (len(residual) - terms.shape[1]) * float(np.linalg.pinv(terms.T @ terms)[0, 0])
+    inverse = np.linalg.pinv(instruments.T @ terms)
+    variance = (
+        square / (len(residual) - terms.shape[1]) * float((inverse @ instruments.T @ instruments @ inverse.T)[0, 0])
+    )
     return float(np.sqrt(variance * inflated))

@@ -74,6 +74,19 @@ def test_sag_under_the_arms_weight_is_found_beside_the_lag() -> None:
     assert servo.sag_rad_nm[1] == pytest.approx(compliance, rel=0.1)
 
 
+def test_sag_is_found_through_the_noise_of_commands_that_are_held_for_a_period() -> None:
+    sent, lag_s, compliance = motion(), 0.1, 4e-4
+    angles = [sent[0]]
+    for u in sent[1:]:
+        angles.append(u + (angles[-1] - u) * np.exp(-PERIOD_S / lag_s))
+    noise = np.random.default_rng(6).normal(0.0, 2e-4, sent.shape)
+    servo = found(ARM, sent + compliance * _torques(np.array(angles)), np.array(angles) + noise, PERIOD_S)
+    assert servo.dead_time_s == pytest.approx(-0.5 * PERIOD_S, abs=0.2 * PERIOD_S)
+    assert servo.lag_s[:5] == pytest.approx(lag_s, rel=0.01)
+    # least squares find 0.47 to 0.83 of it: the noise of the torques is as large as their change
+    assert servo.sag_rad_nm[:4] == pytest.approx(compliance, rel=0.05)
+
+
 def _torques(angles: np.ndarray) -> np.ndarray:
     velocity = np.gradient(angles, PERIOD_S, axis=0)
     change = np.gradient(velocity, PERIOD_S, axis=0)
