@@ -32,7 +32,7 @@ STAGE = StageDeclaration(
         "tracking_speed_m_s": "Speed of the cup on the circle.",
         "drive_delay_ms": "Delay with which the drives follow, which is removed before the distances are computed.",
         "servo_lag_s": "Median lag of the joints behind their commands; zero where they follow well.",
-        "servo_dead_time_s": "Time after which the joints begin to follow a command.",
+        "servo_dead_time_s": "Time after which the joints begin to follow a command; below zero for one that is held.",
         "*_rms_nm": "Root mean square error of the chosen model at one joint, whose name stands for the star.",
     },
     topic_words={

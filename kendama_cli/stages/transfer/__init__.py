@@ -50,7 +50,7 @@ STAGE = StageDeclaration(
         "imitation_rope_scale": "Length of the rope that the failed attempts suggest, relative to the configured one.",
         "servo_lag_s": "Median lag of the arm's joints behind their commands, by which later commands lead.",
         "servo_sag_mm": "Distance at which the cup would rest from where it is commanded, as the swing begins.",
-        "servo_dead_time_s": "Time after which the arm begins to follow a command.",
+        "servo_dead_time_s": "Time after which the arm begins to follow a command; below zero for one that is held.",
         "imitation_resized": "True if the motion was adapted again for the rope that the attempts suggest.",
         "games": "Number of full games: swing-up, observed flight and catch.",
         "caught_rate": "Fraction of full games that end with the ball in the cup; 1 is best.",
