@@ -108,13 +108,13 @@ class _Fit:
         """Return the fit with ``rest_s`` of dead time beside that of ``delayed``."""
         count = moved.size
         lag, sigma, sag, offset, squares = (np.zeros(count) for _ in range(5))
-        for j in np.flatnonzero(moved):
+        for j in np.flatnonzero(moved).tolist():
             terms, pure = delayed.terms(j, rest_s)
             (lag[j], sag[j], offset[j]), residual = _solved(terms, pure, delayed.behind(j, rest_s))
             squares[j] = residual @ residual
             sigma[j] = _deviation(terms, pure, residual)
         lag[~moved], sigma[~moved] = np.median(lag[moved]), np.median(sigma[moved])
-        for j in np.flatnonzero(~moved):
+        for j in np.flatnonzero(~moved).tolist():
             terms, pure = delayed.terms(j, rest_s)
             behind = delayed.behind(j, rest_s) - lag[j] * terms[:, 0]
             (sag[j], offset[j]), _ = _solved(terms[:, 1:], pure[:, 1:], behind)
@@ -197,7 +197,7 @@ class _Delayed:
             r = D - sqrt(D^2 - 2 A).
         """
         found = []
-        for j in np.flatnonzero(moved):
+        for j in np.flatnonzero(moved).tolist():
             rows = [
                 np.column_stack([one, motion.acceleration[self._rows(motion), j]])
                 for one, motion in zip(self.terms(j, 0.0), (self.motion, self.instruments), strict=True)
