@@ -53,7 +53,8 @@ def open_virtual(
 class VirtualCameraBlock:
     """A camera that exposes every 1/rate seconds of ``clock`` from time zero on (plus ``offset_s``).
 
-    It knows the scene's poses and the sizes of ball and cup, and nothing of how they move.
+    It knows the scene's poses and the sizes of ball and cup, and nothing of how they move. ``light`` renders in the
+    place of the ray caster: it returns for a time the function that gives the light (h, w, 3) in a region.
     """
 
     def __init__(
@@ -69,6 +70,7 @@ class VirtualCameraBlock:
         offset_s: float = 0.0,
         links: Sequence[LinkMesh] = (),
         placed: PlaceCamera | None = None,
+        light: Callable[[float], Callable[[Region], Array]] | None = None,
     ) -> None:
         sensor = settings.sensor
         self.model = replace(model, readout_s=sensor.rows_s)
@@ -76,6 +78,7 @@ class VirtualCameraBlock:
         self._sampler = SceneSampler(settings.appearance, links)
         self._raycaster = partial(Raycaster, appearance=settings.appearance, lighting=lighting, game=game)
         self._placed = placed if model.link is not None else None
+        self._light_at = light or self._light
         self._busy_s = sensor.busy_s
         self._sensor = Sensor(sensor)
         self._offset_s = offset_s
@@ -125,7 +128,7 @@ class VirtualCameraBlock:
         if self._key is None:  # sampled late, so that a stream restored after opening is the one that counts
             self._key = int(self._rng.integers(2**63))
         key = np.uint64((self._key + number * FRAME_STEP) % 2**64)
-        pixels = self._sensor.image(self._light(t_s), region, image, t_s=t_s, key=key)
+        pixels = self._sensor.image(self._light_at(t_s), region, image, t_s=t_s, key=key)
         return Frame(t_s, pixels, (region.left, region.top))
 
     @cached_property

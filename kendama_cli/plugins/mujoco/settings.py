@@ -1,4 +1,4 @@
-"""Settings of ``hardware=mujoco``."""
+"""Settings of ``hardware=mujoco`` and ``camera=mujoco``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
+from kendama_cli.settings.camera import VirtualCamera
 
 
 @dataclass(frozen=True)
@@ -44,3 +45,10 @@ class MujocoHardware:
                 f"'control_period_s' is {self.control_period_s:g}; allowed: a multiple of timestep_s, which is "
                 f"{self.timestep_s:g}",
             )
+
+
+@dataclass(frozen=True)
+class MujocoCamera(VirtualCamera):
+    """Images of the scene's poses by MuJoCo's renderer."""
+
+    kind: Literal["mujoco"] = setting("MuJoCo renders the images.")  # type: ignore[assignment]
