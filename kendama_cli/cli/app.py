@@ -12,24 +12,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kendama_cli.cli import completion, render
+from kendama_cli.cli import completion, options, render
 from kendama_cli.cli.camera import camera_app
 from kendama_cli.cli.docs import docs
 from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.motion import motion_app
-from kendama_cli.cli.options import (
-    THOROUGH,
-    Arm,
-    ConfigDir,
-    Force,
-    Home,
-    Json,
-    On,
-    Overrides,
-    PipelineName,
-    Thorough,
-    Until,
-)
+from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, On, Overrides, PipelineName, Thorough, Until
 from kendama_cli.cli.robot import robot_app
 from kendama_cli.cli.runs import diff, runs_app
 from kendama_cli.cli.settings import config, explain
@@ -128,7 +116,7 @@ def run(
         find_site(home, config_dir),
         pipeline,
         until,
-        [*(overrides or []), *([THOROUGH] if thorough else [])],
+        options.words(overrides, thorough=thorough),
         force or [],
         on=on,
         asked=context.obj,
@@ -256,7 +244,7 @@ def sweep(
     from kendama_cli.cli.sweep_work import sweep_pipeline
 
     site = find_site(home, config_dir)
-    words = [*(overrides or []), *([THOROUGH] if thorough else [])]
+    words = options.words(overrides, thorough=thorough)
     return sweep_pipeline(site, pipeline, until, words, on=on, jobs=jobs, name=name, report=report, as_json=as_json)
 
 

@@ -41,8 +41,6 @@ On = Annotated[
 Thorough = Annotated[
     bool, typer.Option("--thorough", help="Play every evaluation to its end, also where its rate is clear earlier.")
 ]
-THOROUGH = "transfer.thorough=true"
-"""Override of that option."""
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 Arm = Annotated[bool, typer.Option("--arm", help="Allow stages that move real hardware.")]
 Overrides = Annotated[
@@ -51,3 +49,8 @@ Overrides = Annotated[
         metavar="KEY=VALUE", help="Values of the configuration that differ.", autocompletion=completion.overrides
     ),
 ]
+
+
+def words(overrides: list[str] | None, *, thorough: bool) -> list[str]:
+    """Return the overrides as they were typed, and the one that ``--thorough`` stands for."""
+    return [*(overrides or []), *(["transfer.thorough=true"] if thorough else [])]

@@ -107,7 +107,7 @@ def row(kind: str, seed: int, t_s: Array, true_m: Array) -> Iterator[object]:
     """Yield what stands in the columns after the seed."""
     given_m = (SAMPLED | ONCE)[kind](seed, true_m)
     yield round(1e3 * distance_m(given_m, true_m))
-    settings = dataclasses.replace(build(AdaptSettings, adapt_values(), "adapt"), repeats=REPEATS)
+    settings = dataclasses.replace(build(AdaptSettings, adapt_values(), "adapt"), repeats=REPEATS, thorough=True)
     plan = encode_demonstrations([Demonstration("0", t_s, given_m)], encode_settings())
     ctx = QuietContext(seed)
     try:
