@@ -60,7 +60,8 @@ def fit_servo(arm: RobotModel, sent_rad: Array, measured_rad: Array, period_s: f
 
     The standard deviation of T counts the residuals' correlation from period to period. A delay within its 95 %
     interval of zero, or below half a control period, is zero; so are sag and offset where they never come to
-    FOLLOWS_RAD. None where no joint moved, or the motion is shorter than the polynomials that smooth it.
+    FOLLOWS_RAD, or rise under a load. None where no joint moved, or the motion is shorter than the polynomials that
+    smooth it.
     """
     window = 2 * round(WINDOW_S / period_s / 2) + 1
     longest = round(MAX_DEAD_TIME_S / period_s)
@@ -125,7 +126,7 @@ class _Fit:
         """Return the model, its insignificant terms zero."""
         least = np.maximum(SIGMAS * self.lag_sigma_s, 0.5 * period_s)
         lag = np.where(self.lag_s <= least, 0.0, self.lag_s)
-        sags = self.max_sag_rad > FOLLOWS_RAD
+        sags = (self.max_sag_rad > FOLLOWS_RAD) & (self.sag_rad_nm > 0.0)  # no joint rises under a load: friction
         none = np.zeros_like(lag)
         return ServoModel(
             names,

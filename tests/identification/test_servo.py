@@ -125,6 +125,7 @@ def test_the_twins_lag_is_found_and_its_cup_then_follows_the_plan() -> None:
     fitted(robot, first)
     assert robot.servo is not None
     assert float(np.median(robot.servo.lag_s)) == pytest.approx(0.12, rel=0.04)
+    assert (robot.servo.sag_rad_nm >= 0.0).all(), "friction in the wrist is no sag"
     assert path_error_m(first) > 0.07
     assert path_error_m(played(robot)) < 0.004  # 1.8 mm measured: a dead time counts in whole periods of 4 ms
 
