@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -30,11 +31,28 @@ CONTACT_S = 0.0005
 """Time constant of a link's contact; of the ball's, the inverse of its undamped rate: a rebound takes 15 steps."""
 
 
-def chain_model(game: GameSettings, body: SampledBody, step_s: float) -> Any:
+@dataclass(frozen=True)
+class Variation:
+    """Changes of the referee's kendama from that of the game that it plays again.
+
+    ``rope_kg`` and ``restitution`` replace the game's; None keeps them (a rope without mass weighs CHAIN_KG). The rope
+    ends in the ball's centre, or on its ``surface``, and pulls it round then. ``spin_hz`` is the ball's first spin
+    about y. A ``rigid`` cup does not recoil from the ball.
+    """
+
+    rope_kg: float | None = None
+    restitution: float | None = None
+    surface: bool = False
+    spin_hz: float = 0.0
+    rigid: bool = False
+
+
+def chain_model(game: GameSettings, body: SampledBody, step_s: float, *, surface: bool = False) -> Any:
     """Build a model of cup, chain and ball: the cup on a free joint, a hinge about y for every link and the ball.
 
     The chain is as long as the rope that the ball's weight stretches; it collides with the cup without friction, the
-    ball with the game's. Raises ConfigError for a tie at the cup's side.
+    ball with the game's. On the ball's ``surface`` the chain is shorter by its radius. Raises ConfigError for a tie at
+    the cup's side.
     """
     cup = game.cup
     if isinstance(cup.tie, SideTie):
@@ -54,7 +72,8 @@ def chain_model(game: GameSettings, body: SampledBody, step_s: float) -> Any:
     carried.add_freejoint()
     add_cup(mj, carried, game.cup)
     holder, below = carried, 0.0
-    for number, length in enumerate(link_lengths_m(body.rope_m, CupProfile.of(cup).used_m, LINKS)):
+    offset_m = game.ball.radius_m if surface else 0.0
+    for number, length in enumerate(link_lengths_m(body.rope_m - offset_m, CupProfile.of(cup).used_m, LINKS)):
         link_kg = body.rope_kg * length / body.rope_m
         holder = holder.add_body(
             name=f"link {number}",
@@ -83,16 +102,20 @@ def chain_model(game: GameSettings, body: SampledBody, step_s: float) -> Any:
             solref=[CONTACT_S, 1.0],
         )
         below = -length
-    _add_ball(mj, holder, below, game, body)
+    _add_ball(mj, holder, (below, offset_m), game, body)
     spec.add_sensor(
         name="ball velocity", type=mj.mjtSensor.mjSENS_FRAMELINVEL, objtype=mj.mjtObj.mjOBJ_SITE, objname="ball"
     )
     return spec.compile()
 
 
-def _add_ball(mj: Any, holder: Any, below_m: float, game: GameSettings, body: SampledBody) -> None:
-    """Add the ball at the end of the last link, on a slide that stretches as the rope does."""
-    ball = holder.add_body(name="ball", pos=[0.0, 0.0, below_m])
+def _add_ball(mj: Any, holder: Any, below_m: tuple[float, float], game: GameSettings, body: SampledBody) -> None:
+    """Add the ball at the end of the last link, on a slide that stretches as the rope does.
+
+    ``below_m`` are the height of the link's end, and the distance from there to the ball's centre.
+    """
+    end_m, offset_m = below_m
+    ball = holder.add_body(name="ball", pos=[0.0, 0.0, end_m])
     ball.add_joint(
         name="stretch",
         type=mj.mjtJoint.mjJNT_SLIDE,
@@ -103,17 +126,19 @@ def _add_ball(mj: Any, holder: Any, below_m: float, game: GameSettings, body: Sa
     ball.add_joint(name="spin", type=mj.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
     ball.add_geom(
         size=[game.ball.radius_m, 0, 0],
+        pos=[0.0, 0.0, -offset_m],
         mass=body.ball_kg,
         **ball_surface(game.cup.friction, body.restitution, CONTACT_S),
     )
-    ball.add_site(name="ball")
+    ball.add_site(name="ball", pos=[0.0, 0.0, -offset_m])
 
 
-def hang(model: Any, data: Any, ball_m: Any, rope_m: float) -> None:
-    """Straighten the chain from the tie toward ``ball_m`` (3,), at rest."""
+def hang(model: Any, data: Any, ball_m: Any, rope_m: float, spin_hz: float = 0.0) -> None:
+    """Straighten the chain from the tie toward ``ball_m`` (3,), at rest but for the ball's spin."""
     apart = np.asarray(ball_m) - data.qpos[:3]
     data.qpos[7:] = 0.0
     data.qvel[:] = 0.0
     data.qpos[7] = math.atan2(-apart[0], -apart[2])
+    data.qvel[model.joint("spin").dofadr[0]] = 2.0 * math.pi * spin_hz
     data.qpos[model.joint("stretch").qposadr[0]] = np.linalg.norm(apart) - rope_m
     mujoco().mj_forward(model, data)

@@ -25,6 +25,14 @@ def referee(
             metavar="G", min=0.01, max=20, help="Mass of the whole rope [as in the run; 0.05 if it had none]."
         ),
     ] = None,
+    surface: Annotated[
+        bool, typer.Option("--surface", help="The rope ends on the ball's surface, not in its centre.")
+    ] = False,
+    spin_hz: Annotated[float, typer.Option(metavar="HZ", min=-20, max=20, help="First spin of the ball.")] = 0.0,
+    rigid: Annotated[bool, typer.Option("--rigid", help="The cup does not recoil from the ball.")] = False,
+    restitution: Annotated[
+        float | None, typer.Option(metavar="E", min=0, max=0.9, help="Restitution of the ball [as in the run].")
+    ] = None,
     as_json: Json = False,
     home: Home = None,
 ) -> None:
@@ -32,6 +40,10 @@ def referee(
 
     Example: kendama cross-check 12
     """
-    from kendama_cli.plugins.mujoco.cross_check.games_again import referee as play_again  # numpy, scipy and MuJoCo
+    from kendama_cli.plugins.mujoco.cross_check.chain import Variation  # numpy, scipy and MuJoCo
+    from kendama_cli.plugins.mujoco.cross_check.games_again import referee as play_again
 
-    play_again(find_site(home).home, run_name, rope_kg=None if rope_g is None else 1e-3 * rope_g, as_json=as_json)
+    rope_kg = None if rope_g is None else 1e-3 * rope_g
+    play_again(
+        find_site(home).home, run_name, Variation(rope_kg, restitution, surface, spin_hz, rigid), as_json=as_json
+    )

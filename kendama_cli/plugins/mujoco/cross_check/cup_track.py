@@ -38,6 +38,8 @@ def swing_slack_s(game: GameSettings, rope_m: float, track: CupTrack, ball_m: Ar
 
 FROM_REST: tuple[Literal["clamped"], Literal["not-a-knot"]] = ("clamped", "not-a-knot")
 """A game begins at rest: a spline's own first slope, of samples that tremble, would throw the ball."""
+RECOIL_S = 0.15
+"""An arm has taken up the ball's blow by then."""
 FEWEST = 8
 """Samples from which a way is made."""
 
@@ -57,6 +59,11 @@ class CupTrack:
         if len(self.t_s) < FEWEST:
             problem = f"a logged way of the cup has {len(self.t_s)} samples; at least {FEWEST} are needed"
             raise InputError("replay", problem, remedy="run the stage again with --force")
+
+    def rigid(self, met_s: float) -> CupTrack:
+        """Return the track of a cup that does not recoil from a ball met at ``met_s``: without RECOIL_S, but smooth."""
+        kept = (self.t_s < met_s) | (self.t_s > met_s + RECOIL_S)
+        return CupTrack(self.t_s[kept], self.place_m[kept], self.axis[kept])
 
     def carried(self, step_s: float) -> Carried:
         """Return the path every ``step_s``, by cubic splines through the samples."""

@@ -21,11 +21,12 @@ from kendama_cli.physics.rim_crossing import SLACK_S, SampledBody
 from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.record import find_run
 from kendama_cli.pipeline.report import section_log
-from kendama_cli.plugins.mujoco.cross_check.chain import CHAIN_KG
+from kendama_cli.plugins.mujoco.cross_check.chain import CHAIN_KG, Variation
 from kendama_cli.plugins.mujoco.cross_check.cup_track import CupTrack, swing_slack_s
 from kendama_cli.plugins.mujoco.cross_check.messages import TOPICS, RefereeMessage
 from kendama_cli.plugins.mujoco.cross_check.replay import replay
 from kendama_cli.plugins.mujoco.library import mujoco
+from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.store import durable
 
@@ -42,7 +43,7 @@ class LoggedGame:
     replay: ReplayMessage
 
 
-def referee(home: Path, run: str | None, *, rope_kg: float | None, as_json: bool) -> None:
+def referee(home: Path, run: str | None, variation: Variation, *, as_json: bool) -> None:
     """Play every logged game of a run again, show what came of it, and write a log beside the run.
 
     Raises UsageError where the run has no such games, MissingPartError without MuJoCo.
@@ -57,7 +58,7 @@ def referee(home: Path, run: str | None, *, rope_kg: float | None, as_json: bool
         )
     seen = []
     for number, game in enumerate(games):
-        seen.append(played_again(game, rope_kg))
+        seen.append(played_again(game, variation))
         render.note(f"referee: {number + 1}/{len(games)}, {_words(seen[-1])}")
     document = summary(seen)
     path = section_log(record, "referee")
@@ -87,18 +88,25 @@ def logged_games(record: Mapping[str, Any]) -> Iterator[LoggedGame]:
                 yield from (LoggedGame(stage["name"], game, one) for one in log.messages(topic, ReplayMessage).messages)
 
 
-def played_again(game: LoggedGame, rope_kg: float | None = None) -> RefereeMessage:
-    """Play one game again under the second physics, with a rope of ``rope_kg``, beside our own.
-
-    None: as the game's rope was, or CHAIN_KG where that had no mass.
-    """
+def played_again(game: LoggedGame, variation: Variation = Variation()) -> RefereeMessage:
+    """Play one game again under the second physics, with what ``variation`` changes, beside our own."""
     one = game.replay
-    rope_kg = rope_kg or one.rope_kg or CHAIN_KG
+    rope_kg = variation.rope_kg or one.rope_kg or CHAIN_KG
+    restitution = one.restitution if variation.restitution is None else variation.restitution
     t_s, cup_m, axis, ball_m = (np.array(list(value)) for value in (one.t_s, one.cup_m, one.cup_axis, one.ball_m))
     places, axes, balls = (value.reshape(-1, 3) for value in (cup_m, axis, ball_m))
-    body = SampledBody(one.rope_m, one.ball_kg, (one.drag_n_s_m, one.drag_n_s2_m2), one.restitution, rope_kg)
+    body = SampledBody(one.rope_m, one.ball_kg, (one.drag_n_s_m, one.drag_n_s2_m2), restitution, rope_kg)
     track = CupTrack(t_s, places, axes)
-    seen = replay(game.settings, body, track, balls[0], one.since_s)
+    met_s = _met_s(game.settings, track, balls, one.since_s) if variation.rigid else None
+    seen = replay(
+        game.settings,
+        body,
+        track if met_s is None else track.rigid(met_s),
+        balls[0],
+        one.since_s,
+        surface=variation.surface,
+        spin_hz=variation.spin_hz,
+    )
     slack_s = swing_slack_s(game.settings, one.rope_m, track, balls, one.since_s)
     return RefereeMessage(
         stage=game.stage,
@@ -116,6 +124,13 @@ def played_again(game: LoggedGame, rope_kg: float | None = None) -> RefereeMessa
         ours_m=ball_m,
         referee_m=columns_at(t_s - t_s[0], seen.t_s, seen.ball_m).ravel(),
     )
+
+
+def _met_s(game: GameSettings, track: CupTrack, ball_m: Array, since_s: float) -> float | None:
+    """Return when the ball (n, 3) first comes down to the rim after ``since_s``; None where it never does."""
+    over_m = (ball_m - track.place_m)[:, 2] - game.cup.rim_m - game.ball.radius_m
+    down = np.flatnonzero((over_m[:-1] > 0.0) & (over_m[1:] <= 0.0) & (track.t_s[1:] >= since_s))
+    return float(track.t_s[down[0]]) if len(down) else None
 
 
 def summary(seen: list[RefereeMessage]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -34,14 +35,25 @@ class Replay:
     ball_m: Array
 
 
-def replay(game: GameSettings, body: SampledBody, track: CupTrack, ball_m: Array, since_s: float = 0.0) -> Replay:
+def replay(
+    game: GameSettings,
+    body: SampledBody,
+    track: CupTrack,
+    ball_m: Array,
+    since_s: float = 0.0,
+    *,
+    surface: bool = False,
+    spin_hz: float = 0.0,
+) -> Replay:
     """Carry the cup along ``track`` with the ball hanging at rest from ``ball_m`` (3,), on the chain in MuJoCo.
 
+    ``surface`` and ``spin_hz`` are those of a Variation.
     ``since_s`` is when the crossing begins to count. Raises SimulationError where no step stays finite.
     """
     step_s = STEP_S
     for _ in range(HALVINGS + 1):
-        seen = _replayed(game, body, track, ball_m, since_s=since_s, step_s=step_s)
+        model = chain_model(game, body, step_s, surface=surface)
+        seen = _replayed(game, body, track, ball_m, since_s=since_s, model=model, spin_hz=spin_hz)
         if seen is not None:
             return seen
         step_s /= 2
@@ -49,14 +61,14 @@ def replay(game: GameSettings, body: SampledBody, track: CupTrack, ball_m: Array
 
 
 def _replayed(
-    game: GameSettings, body: SampledBody, track: CupTrack, ball_m: Array, *, since_s: float, step_s: float
+    game: GameSettings, body: SampledBody, track: CupTrack, ball_m: Array, *, since_s: float, model: Any, spin_hz: float
 ) -> Replay | None:
-    mj = mujoco()
-    way, model = track.carried(step_s), chain_model(game, body, step_s)
-    data, ball = mj.MjData(model), model.body("ball").id
+    mj, step_s = mujoco(), float(model.opt.timestep)
+    way = track.carried(step_s)
+    data, ball, centre = mj.MjData(model), model.body("ball").id, model.site("ball").id
     mass, inertia = float(model.body_mass[1]), float(model.body_inertia[1, 0])
     data.qpos[:3], data.qpos[3:7] = way.place_m[0], way.turn_wxyz[0]
-    hang(model, data, ball_m, body.rope_m)
+    hang(model, data, ball_m, body.rope_m, spin_hz)
     (k1, k2), rim, radius = body.drag, game.cup.rim_m, game.ball.radius_m
     pushes = np.hstack([mass * way.acceleration_m_s2, inertia * way.turning_rad_s2])
     rates = np.hstack([way.velocity_m_s, way.rate_rad_s])
@@ -70,7 +82,7 @@ def _replayed(
         drag = k1 + k2 * math.sqrt(vx * vx + vy * vy + vz * vz)
         data.xfrc_applied[ball, :3] = (-drag * vx, -drag * vy, -drag * vz)
         mj.mj_step(model, data)
-        place = data.xpos[ball]  # of the step's beginning
+        place = data.site_xpos[centre]  # of the step's beginning
         height = float(place[2] - way.place_m[k, 2])
         if above and miss is None and height <= rim + radius and way.t_s[k] >= since_s:
             vx, _, vz = data.sensordata.tolist()
@@ -85,12 +97,12 @@ def _replayed(
     if not np.isfinite(data.qpos).all() or data.warning[mj.mjtWarning.mjWARN_BADQACC].number:
         return None
     path = np.array(kept)
-    in_cup = _inside(game, data, ball)
+    in_cup = _inside(game, data, centre)
     caught = is_caught(in_cup, None if miss is None else (miss, 0.0), game.cup.radius_m)
     return Replay(caught, miss, path[:, 0], path[:, 1:])
 
 
-def _inside(game: GameSettings, data: object, ball: int) -> bool:
+def _inside(game: GameSettings, data: Any, centre: int) -> bool:
     """Return True if the ball's centre is in the cup, below the rim."""
-    turn, apart = data.xmat[1].reshape(3, 3), data.xpos[ball] - data.xpos[1]  # type: ignore[attr-defined]
+    turn, apart = data.xmat[1].reshape(3, 3), data.site_xpos[centre] - data.xpos[1]
     return is_inside(turn.T @ apart, game.cup)
