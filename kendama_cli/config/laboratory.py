@@ -108,7 +108,7 @@ def measured_values(setup: LaboratorySetup, config: Mapping[str, Any]) -> dict[s
     for name in ("marker_to_cup_m", "body_to_cup_m"):
         if (offset := getattr(setup, name)) is not None:
             values[f"capture.{name}"] = list(offset.value)
-    if setup.cameras is not None and _get(config, "camera.kind") != "virtual":
+    if setup.cameras is not None and _get(config, "camera.sensor") is None:  # a rendered one has a sensor
         values["camera.cameras"] = [dataclasses.asdict(one.camera) for one in setup.cameras]
         values["camera.calibration"] = None
         values["transfer.observation.camera_origin"] = "world"

@@ -77,8 +77,11 @@ def test_without_a_setup_and_with_an_empty_one_nothing_changes(site: Site) -> No
     assert composed(site, ["setup=setup.yaml"]) == composed(site, []) == composed(site, ["setup=null"])
 
 
-def test_what_a_choice_does_not_have_is_left_alone_and_rendered_cameras_stay_where_they_are(site: Site) -> None:
-    usual, measured = composed(site, []), composed(site, ["setup=setup.yaml"])
+@pytest.mark.parametrize("camera", ["virtual", "mujoco"])
+def test_what_a_choice_does_not_have_is_left_alone_and_rendered_cameras_stay_where_they_are(
+    site: Site, camera: str
+) -> None:
+    usual, measured = (composed(site, [f"camera={camera}", *said]) for said in ([], ["setup=setup.yaml"]))
     assert measured["capture"] == usual["capture"]
     assert measured["camera"] == usual["camera"]
     assert measured["transfer"] == usual["transfer"]
