@@ -31,13 +31,13 @@ from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.motion.dmp.heading import heading_turn, swing_heading_rad, turned_plan
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.placement import turned
-from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.dart.world import ArmWorld
 from kendama_cli.stages.adapt.trials import Trials
 from tests.memory_context import MemoryContext
 from tests.motion.swings import settings as encode_settings
 from tests.plugins.phone.phones import person_swing
-from tests.shipped_conf import configured, plain
+from tests.robot_model.test_model import ready
+from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import adapt_values, kendama_game
 
 TAU = 1.042
@@ -70,7 +70,7 @@ class Played:
         settings = dataclasses.replace(made, uncertainty=declared, correction=correction)
         plan = encode_demonstrations([_posed(recording, pose)], encode_settings())
         heading_rad, game = swing_heading_rad(plan), kendama_game()
-        world = ArmWorld(turned(configured(RobotSettings, "robot", arm), -heading_rad), game)
+        world = ArmWorld(turned(ready(arm), -heading_rad), game)
         plan, _ = playable_tilt(world.arm, turned_plan(plan, -heading_rad), settings)
         family = CatchFamily(world.arm, plan, settings.lead_in_m_s2)
         mouth_m = MOUTH_SHARE * game.cup.radius_m
