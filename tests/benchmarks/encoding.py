@@ -3,11 +3,13 @@
 ``OPENBLAS_NUM_THREADS=1 python -m tests.benchmarks.encoding`` prints name, value, unit and ratio; seeded, the
 best CPU time of many: on a busy machine threads wait for each other, which is nobody's fault. Ten demonstrations
 of three coordinates and 1500 samples, 20 functions. Everything is warmed up but the last row: the first encoding
-of a fresh process, where nothing is kept from before, beside the peer's first ten in that process.
+of a fresh process, where nothing is kept from before, beside the peer's first ten in that process. One primitive of
+300 samples by the Python interface is timed with its configuration and, in a fresh process, with all imports.
 """
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import time
@@ -15,6 +17,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+import kendama_cli as kendama
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.motion.dmp.averaging import encode, encode_demonstrations, prepare
 from kendama_cli.motion.dmp.position_fit import even_operator
@@ -23,6 +26,8 @@ from kendama_cli.motion.dmp.settings import EncodeSettings
 from tests.motion.swings import path, settings
 
 COUNT, SAMPLES, RATE_HZ, SEED = 10, 1500, 1000.0, 7
+ONE_S = np.arange(300) / 100.0
+"""Times of the samples of one small primitive [s]."""
 
 
 def demonstrations(spread_samples: int = 0) -> list[Demonstration]:
@@ -72,6 +77,22 @@ def from_nothing(repeats: int) -> tuple[float, float | None]:
     return min(float(row[0]) for row in rows), min(peers, default=None)
 
 
+def one_primitive() -> None:
+    """Encode one swing of 300 samples by the Python interface."""
+    kendama.encode([Demonstration("one", ONE_S, path(ONE_S, ONE_S[-1]))])
+
+
+def one_from_nothing(repeats: int) -> float:
+    """Milliseconds of CPU of the fastest fresh process that encodes one primitive."""
+    spent = []
+    for _ in range(repeats):
+        process = subprocess.Popen([sys.executable, "-m", "tests.benchmarks.encoding", "one"])
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        spent.append(1e3 * (used.ru_utime + used.ru_stime))
+    return min(spent)
+
+
 def print_first() -> None:
     """Print the milliseconds of this process's first encoding, and of the peer's first ten where it is installed."""
     uneven, chosen = demonstrations(spread_samples=7), settings()
@@ -100,6 +121,9 @@ def main() -> None:
     if sys.argv[1:] == ["first"]:
         print_first()
         return
+    if sys.argv[1:] == ["one"]:
+        one_primitive()
+        return
     chosen, swings, uneven = settings(), demonstrations(), demonstrations(spread_samples=7)
     prepared = prepare(swings, chosen)
     plan = encode_demonstrations(swings, chosen)
@@ -108,6 +132,7 @@ def main() -> None:
         "encode 10: the same, aligned and averaged": best_ms(lambda: encode_demonstrations(swings, chosen), 200),
         "encode 10 of ten lengths": best_ms(lambda: encode_demonstrations(uneven, chosen), 100),
         "encode 10 of ten lengths, none seen before": best_ms(with_new_lengths(uneven, chosen), 20),
+        "kendama.encode, one of 300 samples": best_ms(one_primitive, 20),
         "play 1500 instants": best_ms(lambda: play(plan, swings[0].t_s), 100),
     }
     imitate = peer_imitation(swings[0])
@@ -123,6 +148,7 @@ def main() -> None:
             else f"{COUNT * peer / value:7.1f} x movement_primitives, each"
         )
         print(f"{name:44s} {value:8.3f} ms {ratio}")
+    print(f"{'kendama.encode, fresh process with imports':44s} {one_from_nothing(5):8.0f} ms")
     first, peers = from_nothing(5)
     ratio = "" if peers is None else f"{peers / first:7.1f} x movement_primitives, its first ten"
     print(f"{'encode 10 of ten lengths, fresh process':44s} {first:8.3f} ms {ratio}")

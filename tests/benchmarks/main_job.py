@@ -1,6 +1,7 @@
 """Time and memory of the main job from nothing, with and without evaluations that end early, and of its stages.
 
-``python -m tests.benchmarks.main_job [ROUNDS]`` runs each in turn in new homes, seed 0; compiled code is cached before.
+``python -m tests.benchmarks.main_job [ROUNDS]`` runs each in turn in new homes, seed 0, then the stages (with 0 rounds
+these alone). Run it twice: the first compiles what the second finds cached.
 Cores are processor time over wall time; the peak is that of the largest process. A stage is run alone, after those
 before it. Another tree beside this one is measured with ``PYTHONPATH=TREE`` in turn.
 """
@@ -54,8 +55,10 @@ def main() -> None:
             with tempfile.TemporaryDirectory() as home:
                 found[name].append(cost(("run", "--home", home, *words)))
                 print(f"{name:24s} {found[name][-1].text()}", flush=True)
-    early, thorough = (min(one.wall_s for one in costs) for costs in found.values())
-    print(f"{'least wall time':24s} {early / thorough:8.2f} of --thorough")
+    if rounds:
+        for what in ("wall_s", "processor_s"):
+            early, thorough = (min(getattr(one, what) for one in costs) for costs in found.values())
+            print(f"{'least ' + what:24s} {early / thorough:8.2f} of --thorough")
     with tempfile.TemporaryDirectory() as home:
         for stage in STAGES:
             print(f"{stage:24s} {cost(('run', '--home', home, '--until', stage)).text()}", flush=True)
