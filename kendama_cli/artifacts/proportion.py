@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import NamedTuple
 
 ERROR = 0.05
 EARLY, LATE = 0.02, 0.03
@@ -12,8 +13,7 @@ PART, FEWEST = 3, 5
 """An evaluation may end after a PART-th of its trials, but not after fewer than FEWEST."""
 
 
-@dataclass(frozen=True)
-class Interval:
+class Interval(NamedTuple):
     """A rate's 95 % interval."""
 
     low: float
@@ -53,8 +53,8 @@ class Evaluation:
         if not played:
             return {name: None, f"{name}_low": None, f"{name}_high": None}
         error = ERROR if self._look == self.planned else EARLY if played < self.planned else LATE
-        interval = success_interval(successes, played, error)
-        return {name: successes / played, f"{name}_low": interval.low, f"{name}_high": interval.high}
+        low, high = success_interval(successes, played, error)
+        return {name: successes / played, f"{name}_low": low, f"{name}_high": high}
 
     @functools.cached_property
     def _look(self) -> int:
@@ -63,5 +63,5 @@ class Evaluation:
         return self.planned if self.thorough else next((n for n in looks if self._is_narrow(n, n)), self.planned)
 
     def _is_narrow(self, successes: int, n: int) -> bool:
-        early, even = success_interval(successes, n, EARLY), success_interval(self.planned / 2, self.planned)
-        return early.high - early.low <= even.high - even.low
+        (low, high), even = success_interval(successes, n, EARLY), success_interval(self.planned / 2, self.planned)
+        return high - low <= even.high - even.low

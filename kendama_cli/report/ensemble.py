@@ -67,10 +67,9 @@ class Group:
         rates, ends = self.figures(metric), [self.members[0].figure(f"{metric}_{end}") for end in ("low", "high")]
         if len(self.members) == 1 and ends[0] is not None and ends[1] is not None:
             return ends[0], ends[1]
-        if not (played == planned).all():
+        if not planned or not (played == planned).all():
             return rate_interval(rates)
-        exact = success_interval(round(float(rates.sum()) * planned), planned * len(rates))
-        return exact.low, exact.high
+        return success_interval(round(float(rates.sum()) * planned), planned * len(rates))
 
 
 @dataclass(frozen=True)

@@ -105,8 +105,7 @@ def improvement(values: Array, reference: Array) -> tuple[float, Between]:
     first, second = np.asarray(values)[:, None], np.asarray(reference)[None]
     fraction = float(np.mean((first < second) + 0.5 * (first == second)))
     pairs = min(len(values), len(reference))
-    between = success_interval(fraction * pairs, pairs)
-    return fraction, (between.low, between.high)
+    return fraction, success_interval(fraction * pairs, pairs)
 
 
 def _resampled(values: Array, seed: int) -> tuple[Array, Array]:

@@ -130,8 +130,7 @@ def estimate(runs: Sequence[RunFacts], metric: str) -> Estimate | None:
         low, high = (found[0].get(f"{metric}_{end}") for end in ("low", "high"))
         return Estimate(float(values[0]), low if _is_number(low) else None, high if _is_number(high) else None, n)
     if all(isinstance(one[metric], bool) for one in found):
-        counted = success_interval(int(values.sum()), n)
-        return Estimate(float(values.mean()), counted.low, counted.high, n)
+        return Estimate(float(values.mean()), *success_interval(int(values.sum()), n), n)
     declaration = find_stage(stage)
     reached = f"{stage}.{declaration.capped.get(name)}" if declaration is not None else ""
     capped = sum(one.get(reached) is False for one in found)

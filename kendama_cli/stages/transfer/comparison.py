@@ -148,8 +148,6 @@ def _rate(group: Group, metric: str, trials: str) -> Cell:
     if not len(rates):
         return EMPTY
     each = int(group.members[0].log.setting("transfer", trials, default=0))
-    if not each:
-        return percent(float(rates.mean()))
     played = group.figures(trials)  # of evaluations that always play all there is none
     return percent(float(rates.mean()), between=group.rate_between(metric, played, each))
 
