@@ -14,14 +14,16 @@ import pytest
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
+from kendama_cli.control.camera_observer import CameraObserver
 from kendama_cli.control.game_runner import GameBuilder, GameRunner, GameSetup
 from kendama_cli.control.open_observer import CameraSetup
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.rebuilt import RebuiltRobot
 from kendama_cli.devices.robot.simulated import SimulatedRobot
-from kendama_cli.errors import StageError
+from kendama_cli.errors import ConfigError, StageError
 from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.stages.learn.stage import Learn
 from tests.memory_context import MemoryContext
 
@@ -83,6 +85,31 @@ def test_most_games_on_other_bodies_are_caught(
 ) -> None:
     node = nodes(tmp_path, f"hardware={twin}", f"lighting={lighting}")
     assert caught(node, policies, 12, 2000, nominal=False) >= 10
+
+
+def test_a_link_that_the_arm_has_not_is_refused_before_anything_moves(tmp_path: Path) -> None:
+    node = nodes(tmp_path)
+    nose = dataclasses.replace(node["camera"].cameras[1], link="nose")
+    camera = dataclasses.replace(node["camera"], cameras=(node["camera"].cameras[0], nose))
+    cameras = CameraSetup(camera, node["lighting"], node["predict"])
+    setup = GameSetup(node["robot"], node["game"], node["learn"], node["transfer"], cameras)
+    with pytest.raises(ConfigError, match="has no link 'nose'; its links are base, link_s1"):
+        GameBuilder(setup, swings=False)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_games_seen_from_the_arm_are_caught_and_without_its_pose_they_are_not(
+    tmp_path: Path, policies: list[PolicyArtifact]
+) -> None:
+    node = nodes(tmp_path, "camera/rig=elbow")
+    assert caught(node, policies, 3, 900, nominal=True) == 3
+    with arm_games(node, nominal=True) as runner:
+        arm = RobotModel(node["robot"], node["game"].cup, node["game"].gravity_m_s2)
+        observer, home = cast(CameraObserver, runner.observer), arm.link_pose("link_e2", arm.home_rad)
+        observer.loop._placed = lambda model, _: model.carried(home.rotation, home.position_m - observer._origin_m)
+        played = [runner.play(GreedyPolicy(policies[k], node["learn"]), seed=900 + k) for k in range(3)]
+    assert sum(game.caught for game in played) == 0
 
 
 def test_an_imitation_alone_needs_no_line_that_a_swing_up_would_need(tmp_path: Path) -> None:

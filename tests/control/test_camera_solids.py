@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -35,3 +37,16 @@ def test_the_wires_meet_in_the_camera_and_end_at_the_images_corners() -> None:
         w, h = model.width_px - 0.5, model.height_px - 0.5
         # a pixel's ray through the lens and back: OpenCV inverts its distortion to a thousandth of a pixel
         np.testing.assert_allclose(model.project(ends), [(-0.5, -0.5), (w, -0.5), (w, h), (-0.5, h)], atol=5e-3)
+
+
+def test_a_camera_on_a_link_moves_with_the_frame_that_holds_the_link() -> None:
+    settings = configured(CameraSettings, "camera", "virtual")
+    carried = dataclasses.replace(settings.cameras[0], link="wrist")
+    pose = matrix_of([0.5, 0.5, 0.5, 0.5]), np.array([0.1, 0.2, 0.3])
+    solids = camera_solids(
+        dataclasses.replace(settings, cameras=(carried,)), ORIGIN, lambda link: (f"holder of {link}", pose)
+    )
+    assert {one.frame for one in solids} == {"holder of wrist"}
+    wire = solids[2]
+    start = np.array(wire.position_m) - matrix_of(wire.rotation_wxyz)[:, 2] * wire.size_m[2] / 2
+    np.testing.assert_allclose(start, pose[1] + pose[0] @ carried.position_m, atol=1e-9)
