@@ -13,9 +13,12 @@ from kendama_cli.adaptation.search_record import (
     MAX_BLOCKS,
     MotionVariation,
     PerturbedSimulations,
+    Repeat,
+    Search,
     Trial,
 )
 from kendama_cli.adaptation.settings import UncertaintySettings
+from kendama_cli.artifacts.proportion import Evaluation
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import build
 from kendama_cli.simulation.dart.arm_errors import ArmErrors, WorldErrors
@@ -50,6 +53,17 @@ def test_how_many_repeats_follow_changes_no_simulation_before_them() -> None:
     facts = [[_facts(one.perturbation(trial)) for trial in trials] for one in (few, many)]
     assert facts[0] == facts[1]
     assert len({str(one) for one in facts[0]}) == len(trials)
+
+
+@pytest.mark.parametrize(("lost", "thorough", "played"), [((), False, 10), ((4,), False, 30), ((), True, 30)])
+def test_repeats_that_confirm_end_early_where_all_are_caught(
+    lost: tuple[int, ...], thorough: bool, played: int
+) -> None:
+    search, evaluation = Search(_seeded(_preset("hard"), 30)), Evaluation(30, thorough=thorough)
+    while (trial := search.next_confirmation(MOTION, evaluation)) is not None:
+        assert trial == Trial("confirm", MOTION, len(search.simulations.confirmed))
+        search = search.with_repeat(trial, Repeat(trial.index not in lost, None))
+    assert len(search.simulations.confirmed) == played
 
 
 def test_a_generation_shares_one_simulation_and_repeats_that_validate_have_fresh_ones() -> None:
