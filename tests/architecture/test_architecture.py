@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.conftest import LONGEST_FIRST
+
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "kendama_cli"
 FILES = sorted(PACKAGE.rglob("*.py"))
@@ -229,3 +231,7 @@ def test_nothing_tracked_is_generated_or_large() -> None:
     for name in filter(None, listed.stdout.split("\0")):
         assert (ROOT / name).stat().st_size < 1_000_000, name
         assert not name.endswith((".pyc", ".mcap", ".npz")), name
+
+
+def test_the_files_that_begin_the_suite_are_there() -> None:
+    assert [name for name in LONGEST_FIRST if not (ROOT / "tests" / name).is_file()] == []

@@ -115,8 +115,16 @@ def test_a_documented_hand_is_captured_by_its_kind_alone(bench: Path) -> None:
 
 
 def test_a_documented_stage_has_an_artifact_a_log_and_a_chapter_in_the_report(bench: Path) -> None:
-    done = _kendama(bench, "run", "-p", "tempo", "--json", "capture=bench")
+    done, again = (_kendama(bench, "run", "-p", "tempo", "--json", "capture=bench") for _ in range(2))
     assert done.returncode == 0, done.stderr
+    assert {stage["status"] for stage in json.loads(again.stdout)["stages"]} == {"cached"}
+    shown = _kendama(bench, "log", "peaks")
+    assert [line.split(":")[0] for line in shown.stdout.splitlines()] == [f"tau x {x}" for x in (0.8, 1.0, 1.2, 1.4)]
+    assert _kendama(bench, "log", "export", "tempo", "--format", "peaks").stdout == "peaks.txt\n"
+    planned = _kendama(bench, "plan", "-p", "tempo", "capture=bench", "tempo.allowed_m_s=0.9")
+    assert "config tempo.allowed_m_s 1.2 -> 0.9" in planned.stdout
+    wrong = _kendama(bench, "plan", "-p", "tempo", "capture=bench", "tempo.allowed_m_s=-1")
+    assert (wrong.returncode, "'tempo.allowed_m_s' is -1.0; allowed: above 0" in wrong.stderr) == (2, True)
     code = (
         "import kendama_cli as kendama; run = kendama.open_run(); study = run.artifact('tempo');"
         "print(type(study).__name__, study.tau_scale.tolist(), list(run.log('tempo').table('/tempo/scale')))"

@@ -56,6 +56,7 @@ def test_both_wheels_are_what_is_run(laboratory: Path) -> None:
         assert Path(file).is_relative_to(laboratory / "venv")
 
 
+@pytest.mark.slow  # kernels are compiled for a new environment; test_documented_parts.py has them compiled
 def test_its_stage_runs_in_a_pipeline_on_its_own_hand_and_is_cached_and_planned(laboratory: Path) -> None:
     run = ("run", "-p", "tempo", "--json", "capture=bench")
     first, again = kendama(laboratory, *run), kendama(laboratory, *run)
@@ -76,7 +77,7 @@ def test_its_stage_runs_in_a_pipeline_on_its_own_hand_and_is_cached_and_planned(
     assert "'tempo.allowed_m_s' is -1.0; allowed: above 0" in wrong.stderr
 
 
-@pytest.mark.slow  # kernels are compiled for a new environment; test_documented_parts.py has them compiled
+@pytest.mark.slow  # for the same reason
 def test_its_artifact_and_log_are_read_and_its_chapter_is_in_the_report(laboratory: Path) -> None:
     assert kendama(laboratory, "run", "-p", "tempo", "capture=bench").returncode == 0
     code = (

@@ -83,11 +83,11 @@ def squeezed(method: str, blocks: int, block: bytes = ZEROS) -> bytes:
     return out.getvalue()
 
 
-@pytest.mark.parametrize("told", [2048 * MB, 64 * MB, 2**63], ids=["as it is", "less than it is", "absurd"])
+@pytest.mark.parametrize("told", [1152 * MB, 64 * MB, 2**63], ids=["as it is", "less than it is", "absurd"])
 @pytest.mark.parametrize("method", ["zstd", "lz4"])
 def test_a_log_whose_chunk_means_gigabytes_is_refused(method: str, told: int, tmp_path: Path) -> None:
     path = tmp_path / "bomb.mcap"
-    path.write_bytes(mcap(method, squeezed(method, 2048), told))
+    path.write_bytes(mcap(method, squeezed(method, 1152), told))
     said = refused("log", path)
     assert "it has more than the 67108864 bytes" in said if told == 64 * MB else "allowed: 268 MB" in said
 
@@ -124,8 +124,8 @@ def test_an_archive_whose_arrays_mean_gigabytes_is_refused(reader: str, named: s
         zipfile.ZipFile(tmp_path / "arrays.npz", "w", zipfile.ZIP_DEFLATED) as archive,
         archive.open("radius_px.npy", "w", force_zip64=True) as member,
     ):
-        member.write(array_head(1536 * MB // 8))
-        for _ in range(1536):
+        member.write(array_head(1152 * MB // 8))
+        for _ in range(1152):
             member.write(ZEROS)
     (tmp_path / "artifact.json").write_text("{}")
     assert "allowed: " in refused(reader, tmp_path / named)

@@ -105,7 +105,7 @@ def _killed(folder: str) -> None:
         if done >= 8:
             os.kill(os.getpid(), signal.SIGKILL)
 
-    write_video(_motion(0.5), GAME, Path(folder) / "catch.webm", kill)
+    write_video(_motion(0.3), GAME, Path(folder) / "catch.webm", kill)
 
 
 def _frames(path: Path) -> list[np.ndarray]:
@@ -133,10 +133,10 @@ def test_a_video_that_was_killed_resumes_with_the_pictures_that_are_stored(tmp_p
         told.append((done, total))
         assert {name: (parts / name).stat().st_mtime_ns for name in before} == before, "pictures are used again"
 
-    count = write_video(_motion(0.5), GAME, folder / "catch.webm", look)
-    assert told == [(done, count) for done in (8, 16, 24, count)]
+    count = write_video(_motion(0.3), GAME, folder / "catch.webm", look)
+    assert told == [(done, count) for done in (8, 16, count)]
     assert [path.name for path in folder.iterdir()] == ["catch.webm"]
-    write_video(_motion(0.5), GAME, tmp_path / "whole.webm")
+    write_video(_motion(0.3), GAME, tmp_path / "whole.webm")
     for one, other in zip(_frames(folder / "catch.webm"), _frames(tmp_path / "whole.webm"), strict=True):
         np.testing.assert_array_equal(one, other)
 

@@ -103,7 +103,7 @@ def test_boards_of_either_pattern_are_seen_and_calibrate_to_the_pinhole_that_saw
     to_board_m = np.array([[5e-4, 0, -columns * 0.015], [0, 5e-4, -rows * 0.015], [0, 0, 1]])
     pinhole, rng = np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]]), np.random.default_rng(10000)
     board, views = Board(columns, rows, 0.03, 0.022), []
-    for number in range(10):
+    for number in range(7):
         turned = cv2.Rodrigues(np.append(rng.uniform(-0.6, 0.6, 2), rng.uniform(-0.3, 0.3)))[0]
         shift = rng.uniform([-0.04, -0.03, 0.42], [0.04, 0.03, 0.6])
         seen_by_it = pinhole @ np.column_stack([turned[:, :2], shift]) @ to_board_m

@@ -78,7 +78,7 @@ def test_too_few_poses_and_poses_about_one_axis_are_refused() -> None:
 
 
 def test_poses_of_other_images_are_refused() -> None:
-    given = told(12, 10000)
+    given = told(7, 10000)
     names = list(given.hands)
     turned = dict(zip(names, [given.hands[name] for name in [*names[1:], names[0]]], strict=True))
     with pytest.raises(ValueError, match=r"leave \d+\.\d px between each other; allowed: 5"):

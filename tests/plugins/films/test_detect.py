@@ -19,6 +19,8 @@ from tests.cli.typed import kendama, refused
 from tests.plugins.films.onnx_file import disc_finder
 from tests.vision.ball_films import RATE_HZ, WIDTH, draw_ball, pendulum, textured, write_film, write_labelled
 
+pytestmark = pytest.mark.usefixtures("quick_training")
+
 
 def rows(path):
     with path.open(newline="") as file:
@@ -91,10 +93,11 @@ def boxes_at(places, radius_px, frames):
     ]
 
 
+@pytest.mark.parametrize("quick_training", ["quick", pytest.param("whole", marks=pytest.mark.slow)], indirect=True)
 def test_a_film_of_a_ball_on_a_string_is_tracked_by_five_boxes(here, capsys):
-    frames, truth = pendulum(80, 10010, background=textured(10011))
+    frames, truth = pendulum(50, 10010, background=textured(10011))
     write_film(here / "swing.avi", frames)
-    boxes = boxes_at(truth, 7, (5, 20, 35, 50, 65))
+    boxes = boxes_at(truth, 7, (5, 15, 25, 35, 45))
     code, out, err = kendama(
         capsys, "camera", "track", "swing.avi", "-o", "swing.csv", "--overlay", "seen.webm", *boxes
     )

@@ -52,7 +52,7 @@ def blind(made):
 
 def test_a_track_of_rolling_shutters_is_where_the_ball_is_at_its_own_times():
     rng = np.random.default_rng(10655)
-    made, thrown = cameras(0.030), throws(rng, 4)
+    made, thrown = cameras(0.030), throws(rng, 2)
     films = filmed(made, thrown, rng, sigma_px=0.1)
     off = []
     for known in (made, blind(made)):

@@ -9,6 +9,8 @@ from tests.devices.camera.test_video import turn, turn_on_its_side
 from tests.plugins.films.test_detect import boxes_at, camera, rows
 from tests.vision.ball_films import pendulum, textured, write_film
 
+pytestmark = pytest.mark.usefixtures("quick_training")
+
 
 @pytest.fixture(scope="module")
 def swing():

@@ -23,9 +23,13 @@ def shown(seed, *, ball=True):
     return TrainedImage(image, () if box is None else (BallBox(*box),))
 
 
-@pytest.fixture(scope="module")
-def ball():
-    return teach([shown(seed) for seed in range(10000, 10004)])
+@pytest.fixture(scope="module", params=["quick", pytest.param("whole", marks=pytest.mark.slow)])
+def ball(request):
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "quick":
+            patch.setattr(teaching, "CLASSIFIERS", 1)
+            patch.setattr(teaching, "STEPS", 700)
+        return teach([shown(seed) for seed in range(10000, 10004)])
 
 
 def test_a_ball_taught_in_four_images_is_found_in_others(ball):

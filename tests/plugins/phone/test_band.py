@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import json
+import os
 import re
-import subprocess
-import sys
 
 import numpy as np
 
+from tests import warm_command
 from tests.plugins.phone.phones import bundled_swing, take, write_phyphox
-
-KENDAMA = [sys.executable, "-m", "kendama_cli.cli.main"]
 
 
 def reported(folder, *overrides):
     """Run capture alone; return its metrics and the page of its report."""
-    command = [*KENDAMA, "run", "-p", "imitation", "--until", "capture", "--json", *overrides]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
-    subprocess.run([*KENDAMA, "report", "-o", "page.html"], cwd=folder, capture_output=True, check=True)
+    words = ("run", "-p", "imitation", "--until", "capture", "--json", *overrides)
+    done, drawn = (
+        warm_command.kendama(one, folder, os.environ, 240, libraries=True)
+        for one in (words, ("report", "-o", "page.html"))
+    )
+    assert done.returncode == drawn.returncode == 0, done.stderr + drawn.stderr
     return json.loads(done.stdout)["stages"][0]["metrics"], (folder / "page.html").read_text()
 
 

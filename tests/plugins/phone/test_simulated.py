@@ -45,7 +45,7 @@ def tried(folder, seed, **how):
         ({"lean_deg": 20.0}, 0.010),
         ({"lean_deg": 45.0}, 0.016),
         ({"rate_hz": 50.0}, 0.012),
-        ({"rate_hz": 500.0}, 0.010),
+        pytest.param({"rate_hz": 500.0}, 0.010, marks=pytest.mark.slow),  # 50, 100 and 200 Hz are here
         ({"rests_s": (0.5, 2.0)}, 0.012),
         ({"lost": 0.02}, 0.012),
         ({"rate_hz": 200.0}, 0.010),

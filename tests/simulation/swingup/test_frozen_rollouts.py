@@ -49,7 +49,9 @@ def frozen_learner() -> SarsaLearner:
 
 
 @pytest.mark.parametrize("processes", ["1", "2"])
-def test_a_policy_is_evaluated_as_one_rollout_after_the_other(environment, frozen_learner, processes, monkeypatch):
+def test_a_policy_is_evaluated_as_one_rollout_after_the_other_and_a_killed_process_ends_the_stage_in_one_line(
+    environment, frozen_learner, processes, monkeypatch
+):
     monkeypatch.setenv(PROCESSES, processes)
     artifact, plain = frozen_learner.policy, np.random.default_rng(SEED)
     policy, expected = make_policy(artifact, in_dart()), []
@@ -60,8 +62,14 @@ def test_a_policy_is_evaluated_as_one_rollout_after_the_other(environment, froze
     with FrozenRollouts(environment) as frozen:
         for left in range(4, 0, -1):
             assert frozen.evaluate(artifact, rng, at_most=left) == expected[4 - left]
-    assert len({rollout.final for rollout in expected}) == 4
-    assert rng.bit_generator.state == plain.bit_generator.state
+        assert len({rollout.final for rollout in expected}) == 4
+        assert rng.bit_generator.state == plain.bit_generator.state
+        if processes == "2":
+            frozen.evaluate(artifact, rng, at_most=200)
+            for child in multiprocessing.active_children():
+                os.kill(child.pid, signal.SIGKILL)
+            with pytest.raises(StageError, match=f"was killed .out of memory.*{PROCESSES}=1"):
+                _all_that_follow(frozen, artifact, rng)
 
 
 @pytest.mark.parametrize("processes", ["1", "2"])
@@ -82,17 +90,6 @@ def test_a_learner_is_left_as_if_it_had_acted_itself(environment, frozen_learner
             assert finished.actions > 1
     assert [rng.bit_generator.state for rng in beside] == [rng.bit_generator.state for rng in streams]
     np.testing.assert_array_equal(ahead.table, plain.table)
-
-
-def test_a_process_that_is_killed_ends_the_stage_in_one_line(environment, frozen_learner, monkeypatch):
-    monkeypatch.setenv(PROCESSES, "2")
-    artifact, rng = frozen_learner.policy, np.random.default_rng(SEED)
-    with FrozenRollouts(environment) as frozen:
-        frozen.evaluate(artifact, rng, at_most=200)
-        for child in multiprocessing.active_children():
-            os.kill(child.pid, signal.SIGKILL)
-        with pytest.raises(StageError, match=f"was killed .out of memory.*{PROCESSES}=1"):
-            _all_that_follow(frozen, artifact, rng)
 
 
 def _all_that_follow(frozen: FrozenRollouts, artifact: PolicyArtifact, rng: np.random.Generator) -> None:

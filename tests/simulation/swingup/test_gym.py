@@ -148,7 +148,7 @@ def test_a_cross_entropy_agent_from_outside_learns_the_swing_up():
     env = gymnasium.make(NAME, overrides=[RAIL, "learn/task=easy", "learn.goal.success=reached"], hold_s=0.05)
     rng = np.random.default_rng(0)
     untrained = np.mean([played(env, LinearPolicy.drawn(rng), seed)[1] for seed in range(20)])
-    policy = improved(env, rng, generations=8, population=24)
+    policy = improved(env, rng, generations=6, population=16)
     trained = np.mean([played(env, policy, seed)[1] for seed in range(1000, 1020)])
     assert trained >= 0.8 > untrained
     assert math.isfinite(played(env, policy, 0)[0])
