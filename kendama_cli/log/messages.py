@@ -24,7 +24,10 @@ class RolloutMessage:
 
 @dataclass(frozen=True)
 class DetectionMessage:
-    """Detection of the ball in one image of one camera; nan where it was not ``seen``."""
+    """Detection of the ball in one image of one camera; nan where it was not ``seen``.
+
+    ``covariance_px2`` (4,) of the centre, row by row, as the detector states it; empty where it was not seen.
+    """
 
     flight: int
     camera: str
@@ -32,6 +35,7 @@ class DetectionMessage:
     v_px: float
     radius_px: float
     seen: bool
+    covariance_px2: Collection[float] = ()
 
 
 @dataclass(frozen=True)

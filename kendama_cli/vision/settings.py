@@ -74,6 +74,9 @@ class ColouredMotion:
     """A smooth wobble of the observed point about the flight, as of a ball that does not spin about its centre."""
 
     kind: Literal["coloured"]
+    noise_scale: float = setting(
+        "Noise of a measurement as a multiple of the standard deviation that its detector states.", above=0
+    )
     sigma_m: float = setting(
         "Standard deviation of the ball's wobble about its flight path, along each axis [m].", above=0
     )

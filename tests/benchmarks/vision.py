@@ -92,7 +92,7 @@ def main() -> None:
         (f"estimator, {name}, per frame and camera", best_us(lambda m=motion: estimate(seen, m), 30) / len(seen), fit)
         for name, motion in (
             ("ballistic", BallisticMotion("ballistic")),
-            ("coloured", ColouredMotion("coloured", 3e-3, 0.2, 0.01)),
+            ("coloured", ColouredMotion("coloured", 1.0, 3e-3, 0.2, 0.01)),
         )
     ]
     print(f"{'numpy.linalg.lstsq over all frames':44s} {fit:8.0f} us")

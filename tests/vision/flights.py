@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kendama_cli.vision.prediction.flight_search import RecordedTrack
+from kendama_cli.devices.recordings.flight_reader import RecordedTrack
 from kendama_cli.vision.prediction.free_flight import FreeFlight
 
 GRAVITY = np.array([0.0, 0.0, -9.81])

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.errors import InputError
-from kendama_cli.vision.prediction.flight_search import RecordedTrack
+from kendama_cli.schema.arrays import Array
+
+
+@dataclass(frozen=True)
+class RecordedTrack:
+    """One recorded point: times ``t_s`` (n,), rising, and ``position_m`` (n, 3), nan where it was not seen.
+
+    So many samples were left out as ``repeated``: they had the time of the one before.
+    """
+
+    name: str
+    t_s: Array
+    position_m: Array
+    repeated: int = 0
 
 
 def read_tracks(path: Path) -> list[RecordedTrack]:
@@ -19,14 +33,12 @@ def read_tracks(path: Path) -> list[RecordedTrack]:
         if len(wrong):
             i = int(wrong[0])
             problem = f"time does not rise: {track.t_s[i + 1]:.6g} s after {track.t_s[i]:.6g} s"
-            remedy = "sort the samples, drop repeated ones, and give every one a time"
+            remedy = "sort the samples, and give every one a time"
             raise InputError(str(path), problem, where=f"sample {i + 2} of '{track.name}'", remedy=remedy)
     return tracks
 
 
 def _once(track: RecordedTrack) -> RecordedTrack:
-    """Remove samples that repeat the one before to the digit, time and all."""
-    table = np.column_stack([track.t_s, track.position_m])
-    same = (table[1:] == table[:-1]) | (np.isnan(table[1:]) & np.isnan(table[:-1]))
-    new = np.concatenate([[True], ~same.all(axis=1)])[: len(table)]
-    return RecordedTrack(track.name, track.t_s[new], track.position_m[new])
+    """Remove samples that have the time of the one before."""
+    new = np.concatenate([[True], np.diff(track.t_s) != 0])[: len(track.t_s)]
+    return RecordedTrack(track.name, track.t_s[new], track.position_m[new], int((~new).sum()))

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from kendama_cli.plugins.calibration.flight_search import GRAVITY_M_S2, RecordedFlight
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.prediction.catch_pose import BALLISTIC, CatchPoseEstimator
-from kendama_cli.vision.prediction.flight_search import GRAVITY_M_S2, RecordedFlight
 from kendama_cli.vision.prediction.free_flight import FreeFlight
 from kendama_cli.vision.settings import ColouredMotion, MotionSettings
 
@@ -50,13 +50,14 @@ class FlightModel:
         return np.asarray(np.arctan2(self.gravity_m_s2[:2], -self.gravity_m_s2[2]))
 
     def estimator(self, height_m: float) -> CatchPoseEstimator:
-        """Make an estimator of the crossing of ``height_m`` that believes in this model."""
+        """Make an estimator of the seen point's crossing of ``height_m`` that believes in this model."""
         return CatchPoseEstimator(
             self.gravity_m_s2,
             self.drag_per_s,
             height_m,
             max_sigma_m=1.0,
             motion=self.motion,
+            of_marker=True,
         )
 
 
@@ -97,7 +98,7 @@ def fit_flight_model(flights: Sequence[RecordedFlight]) -> FlightModel:
     values = np.asarray(np.exp(medians + spreads * best.x), dtype=np.float64)
     drag, sigma_m, intensity, wobble_m, length_s = (float(value) for value in values)
     sigma_m = max(sigma_m, LEAST_SIGMA_M)
-    motion = ColouredMotion("coloured", wobble_m, length_s, intensity)
+    motion = ColouredMotion("coloured", 1.0, wobble_m, length_s, intensity)
     gravity_m_s2 = _pooled_gravity(flights, drag) if len(flights) > 1 else _Likelihood(thin, values).gravity_m_s2
     return FlightModel(gravity_m_s2, drag, sigma_m, motion, len(flights))
 

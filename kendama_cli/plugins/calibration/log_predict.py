@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,10 +14,14 @@ from kendama_cli.cli.options import Json
 from kendama_cli.errors import InputError, UsageError
 
 if TYPE_CHECKING:
+    from kendama_cli.plugins.calibration.flight_search import RecordedFlight
     from kendama_cli.plugins.calibration.flight_trial import FlightTrial
-    from kendama_cli.vision.prediction.flight_search import RecordedFlight
 
 SEEN = (0.3, 0.5, 0.7, 0.9)
+WITHIN_95 = 5.991
+"""Quantile 0.95 of chi-square with two degrees of freedom: the stated ellipse that holds 95 % of the errors."""
+GRAVITY_OFF = 0.02
+MORE = "log more flights, or give several logs"
 
 
 def log_predict(
@@ -40,16 +45,22 @@ def log_predict(
 ) -> None:
     """Predict the end of every free flight in a recording from its first part, and say how far off that is.
 
+    With logs of runs whose cameras saw flights, learn the noise of their detector instead.
+
     Example: kendama log predict throws.csv
     """
-    from kendama_cli.plugins.calibration.flight_trial import try_flights  # scipy and cv2
+    from kendama_cli.plugins.calibration.detector_noise import detected  # cv2
+    from kendama_cli.plugins.calibration.flight_trial import try_flights  # scipy
 
     _refuse_repeated(files, calibrate or [])
-    flights, without = _flights(files)
-    others = _flights(calibrate)[0] if calibrate else None
+    if all(detected(path) for path in files):
+        _learn_noise(files, as_json=as_json)
+        return
+    flights = _flights(files)
+    others = _flights(calibrate) if calibrate else None
     document = _document(files, flights, try_flights(flights, SEEN, others))
-    for path in without:
-        render.note(f"{path}: no free flight; left out")
+    if (off := _gravity_off(document["model"])) is not None:
+        render.note(off)
     if as_json:
         render.document(document)
         return
@@ -86,19 +97,23 @@ def _refuse_repeated(files: Sequence[Path], calibrate: Sequence[Path]) -> None:
         raise UsageError(f"{path}: it is {what}, so its flights would count twice; leave out one of the two")
 
 
-def _flights(paths: Sequence[Path]) -> tuple[list[RecordedFlight], list[Path]]:
-    """Return the flights of all files, and the files without one; raises InputError if no file has any."""
+def _flights(paths: Sequence[Path]) -> list[RecordedFlight]:
+    """Return the flights of all files, and tell what is left out; raises InputError if no file has any."""
     from kendama_cli.devices.recordings.flight_reader import read_tracks  # pandas
-    from kendama_cli.vision.prediction.flight_search import DROP_M, FLIGHT_S, find_flights
+    from kendama_cli.plugins.calibration.flight_search import DROP_M, FLIGHT_S, find_flights, left_rising
 
-    found, without, tracks = [], [], 0
+    found, notes, tracks = [], [], 0
     for path in paths:
         recorded = read_tracks(path)
         flights = find_flights(recorded)
         tracks += len(recorded)
         found += flights
+        if repeated := sum(one.repeated for one in recorded):
+            notes.append(f"{path}: {repeated} samples have the time of the one before; left out")
+        if rising := left_rising(recorded):
+            notes.append(f"{path}: {rising} flights end before the ball falls; left out")
         if not flights:
-            without.append(path)
+            notes.append(f"{path}: no free flight; left out")
     if not found:
         where = f"its {tracks} tracks" if tracks > 1 else "its only track" if tracks else "it, for it has no track"
         if len(paths) > 1:
@@ -110,7 +125,42 @@ def _flights(paths: Sequence[Path]) -> tuple[list[RecordedFlight], list[Path]]:
         raise InputError(
             str(paths[0]), problem, remedy="record balls that are thrown up and fall, in metres and seconds, z up"
         )
-    return found, without
+    for note in notes:
+        render.note(note)
+    return found
+
+
+def _learn_noise(paths: Sequence[Path], *, as_json: bool) -> None:
+    from kendama_cli.plugins.calibration.detector_noise import detected_flights, fit_noise
+
+    read = [detected_flights(path) for path in paths]
+    flights = [flight for _, some in read for flight in some]
+    try:
+        motion = fit_noise(read[0][0], flights)
+    except ValueError as wrong:
+        raise InputError(str(paths[0]), f"its detector's noise cannot be learned: {wrong}", remedy=MORE) from None
+    document = {"files": [str(path) for path in paths], "flights": len(flights), "motion": vars(motion)}
+    if as_json:
+        render.document(document)
+        return
+    settings = " ".join(
+        f"predict.motion.{name}={render.figure(value)}" for name, value in vars(motion).items() if name != "kind"
+    )
+    render.prose(f"the detector's noise along {len(flights)} flights:")
+    render.text(f"predict/motion=coloured {settings}")
+
+
+def _gravity_off(model: Mapping[str, Any]) -> str | None:
+    """Return a line where the learned gravity is not the standard one, None where it is."""
+    from kendama_cli.plugins.calibration.flight_search import GRAVITY_M_S2
+
+    scale, tilt_rad = model["gravity_m_s2"] / GRAVITY_M_S2 - 1, math.hypot(model["tilt_x_rad"], model["tilt_y_rad"])
+    if math.hypot(scale, tilt_rad) <= GRAVITY_OFF:
+        return None
+    return (
+        f"the flights' gravity is {scale:+.1%} in size and {math.degrees(tilt_rad):.1f}° from upright: look at the "
+        "scale and the vertical of the calibration, or the ball is slowed by more than drag"
+    )
 
 
 def _document(paths: Sequence[Path], flights: list[RecordedFlight], trial: FlightTrial) -> dict[str, Any]:
@@ -126,6 +176,10 @@ def _document(paths: Sequence[Path], flights: list[RecordedFlight], trial: Fligh
             known = errors[np.isfinite(errors)]
             for part in (50, 95):
                 figures[f"{name}_p{part}"] = float(np.quantile(known, part / 100)) if len(known) else None
+        known = trial.squared_sigmas[:, j][np.isfinite(trial.squared_sigmas[:, j])]
+        if len(known):
+            figures["position_sigma_mm_p50"] = float(np.nanmedian(trial.sigma_mm[:, j]))
+            figures["inside_95"] = float((known < WITHIN_95).mean())
         figures["predicted"] = int(np.isfinite(trial.position_error_mm[:, j]).sum())
         document[str(seen)] = figures
     model = trial.model

@@ -33,16 +33,22 @@ class PatchClassifier:
 
     def log_odds(self, features: Values) -> Values:
         """Return the log odds (n,) that patches with these ``features`` (n, features) show the ball."""
-        values = standardised(features, self.mean, self.spread)
+        return self.of_standardised(standardised(features, self.mean, self.spread))
+
+    def of_standardised(self, values: Values) -> Values:
+        """Return the log odds (n,) of features that are standardised already."""
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
-            values = values @ weight + bias
+            values = values @ weight
+            values += bias
             np.maximum(values, LEAK * values, out=values)
         return np.asarray((values @ self.weights[-1] + self.biases[-1])[:, 0], dtype=np.float32)
 
 
 def standardised(features: Values, mean: Values, spread: Values) -> Values:
     """(features - mean) / spread, clipped."""
-    return np.asarray(np.clip((features - mean) / spread, -CLIPPED, CLIPPED), dtype=np.float32)
+    values = features - mean
+    values /= spread
+    return np.asarray(np.clip(values, -CLIPPED, CLIPPED, out=values), dtype=np.float32)
 
 
 class Training:

@@ -47,7 +47,8 @@ def patch_features(pixels: Image, every: int = 1) -> Features:
     height, width = lab.shape[:2]
     border = (REACH_PX,) * 4
     wide = np.asarray(cv2.copyMakeBorder(lab, *border, cv2.BORDER_REFLECT_101), dtype=np.float32)
-    made = np.empty((-(-height // every), -(-width // every), COUNT), dtype=np.float32)
+    rows, columns = -(-height // every), -(-width // every)
+    made = np.empty((COUNT, rows, columns), dtype=np.float32)
     column = 0
 
     def add(values: NDArray[np.float32], right: int = 0, down: int = 0) -> None:
@@ -55,7 +56,7 @@ def patch_features(pixels: Image, every: int = 1) -> Features:
         top, left = REACH_PX + down, REACH_PX + right
         part = values[top : top + height : every, left : left + width : every]
         depth = 1 if part.ndim == 2 else part.shape[2]
-        made[..., column : column + depth] = part.reshape(*part.shape[:2], depth)
+        made[column : column + depth] = part.reshape(rows, columns, depth).transpose(2, 0, 1)
         column += depth
 
     means = {side: _mean(wide, side) for side in BOXES_PX}
@@ -71,7 +72,7 @@ def patch_features(pixels: Image, every: int = 1) -> Features:
     slope = np.hypot(cv2.Sobel(light, cv2.CV_32F, 1, 0), cv2.Sobel(light, cv2.CV_32F, 0, 1))
     for side in EDGES_PX:
         add(_mean(slope, side))
-    return made
+    return made.transpose(1, 2, 0)  # in memory a feature of all patches lies together: it is written in one go
 
 
 def feature_strips(pixels: Image, every: int) -> Iterator[Features]:

@@ -80,13 +80,16 @@ def _trained(
 ) -> TrainedBall:
     """Train on ``images`` together with those of ``shown`` that training does not refuse."""
     kept = [one for one in shown if all(box.contrast(one.pixels) >= LEAST_CONTRAST for box in one.boxes)]
-    background = [_background(frames)]
+
+    def teaching() -> list[TrainedImage]:
+        return [*images, *kept, *([_background(frames)] if len(kept) < FEWEST else [])]
+
     try:
-        return teach([*images, *kept, *background[: len(kept) < FEWEST]], seed)
+        return teach(teaching(), seed)
     except ValueError:
         odd = odd_images([*images, *kept], seed)
         kept = [one for number, one in enumerate(kept, len(images)) if number not in odd]
-        return teach([*images, *kept, *background[: len(kept) < FEWEST]], seed)
+        return teach(teaching(), seed)
 
 
 def _moving(tracked: Sequence[TrackedBall | None]) -> list[TrackedBall]:

@@ -107,8 +107,10 @@ class TrainedDetector:
             return
         for scale in SCALES:
             radius_px = self._ball.radius_px * scale
-            shrink = BALL_PX / radius_px
-            strips = feature_strips(scaled(pixels, shrink), EVERY_PX)
+            small = scaled(pixels, BALL_PX / radius_px)
+            # sizes are whole pixels: in a small region that is another scale than was asked for
+            shrink = np.array(small.shape[1::-1]) / pixels.shape[1::-1]
+            strips = feature_strips(small, EVERY_PX)
             rough = np.concatenate(
                 [self._ball.log_odds(one.reshape(-1, COUNT)).reshape(one.shape[:2]) for one in strips]
             )

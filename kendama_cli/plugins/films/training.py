@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from kendama_cli.plugins.films.ball_box import TrainedImage, refuse_boxes
 from kendama_cli.plugins.films.ball_patches import all_patches, median_radius_px
 from kendama_cli.plugins.films.box_similarity import UNLIKE_SHARE, compared, odd_boxes, unlike_share
-from kendama_cli.plugins.films.patch_classifier import PatchClassifier, Values
+from kendama_cli.plugins.films.patch_classifier import PatchClassifier, Values, standardised
 from kendama_cli.plugins.films.patch_features import COUNT
 from kendama_cli.plugins.films.patch_training import trained
 from kendama_cli.schema.unpacking import unpacked_arrays
@@ -35,7 +35,13 @@ class TrainedBall:
 
         On what none of the training images resembles the classifiers differ: such patches are no sure sighting.
         """
-        each = np.array([one.log_odds(features) for one in self.classifiers])
+        first = self.classifiers[0]  # all are trained on one sample of patches, so they standardise alike
+        alike = all((one.mean == first.mean).all() and (one.spread == first.spread).all() for one in self.classifiers)
+        if alike:
+            values = standardised(features, first.mean, first.spread)
+            each = np.array([one.of_standardised(values) for one in self.classifiers])
+        else:
+            each = np.array([one.log_odds(features) for one in self.classifiers])
         return np.asarray(each.mean(axis=0) - each.std(axis=0), dtype=np.float32)
 
     def to_bytes(self) -> bytes:

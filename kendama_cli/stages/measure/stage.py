@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.devices.recordings.flight_reader import read_tracks
+from kendama_cli.devices.recordings.flight_reader import RecordedTrack, read_tracks
 from kendama_cli.devices.robot.exchange_log import RememberingRobot, exchange_message
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import ConfigError, InputError
@@ -28,7 +28,6 @@ from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.setup import SIGMAS_95
 from kendama_cli.stages.interface import Metric, StageContext, StageResult
 from kendama_cli.stages.measure.messages import FreeSwingMessage
-from kendama_cli.vision.prediction.flight_search import RecordedTrack
 
 SPEED_M_S = 3.0
 """The speed at which the drag is told: about what the ball has when it leaves the rope."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from kendama_cli.log.messages import DetectionMessage
@@ -11,7 +11,7 @@ from kendama_cli.schema.foxglove import CompressedImage, FrameTransform
 
 @dataclass(frozen=True)
 class CatchEstimateMessage:
-    """The predicted crossing of the rim plane, with its standard deviations."""
+    """Predicted crossing of the rim plane, with its standard deviations and the place's ``covariance_m2`` (9,)."""
 
     flight: int
     t_catch_s: float
@@ -25,6 +25,7 @@ class CatchEstimateMessage:
     sigma_x_m: float
     sigma_y_m: float
     sigma_z_m: float
+    covariance_m2: Collection[float] = ()
 
 
 @dataclass(frozen=True)

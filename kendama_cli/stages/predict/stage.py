@@ -16,7 +16,6 @@ from kendama_cli.devices.camera.image_loop import ImageLoop, ObservedImage
 from kendama_cli.devices.camera.interface import Camera, SceneSource, open_cameras
 from kendama_cli.devices.camera.staged_flight import StagedFlight
 from kendama_cli.errors import ConfigError
-from kendama_cli.log.messages import DetectionMessage
 from kendama_cli.rendering.scene import ScenePose
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform
@@ -25,6 +24,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.stages.interface import StageContext, StageResult
 from kendama_cli.stages.predict.figures import FlightFigures, from_columns, made_of, to_columns
 from kendama_cli.stages.predict.messages import CatchEstimateMessage, PredictionErrorMessage
+from kendama_cli.vision.detection.interface import detection_message
 from kendama_cli.vision.prediction.release import draw_release
 from kendama_cli.vision.prediction.tracker import ball_tracker
 from kendama_cli.vision.settings import PredictSettings
@@ -186,7 +186,8 @@ class FlightStudy:
             if pictured:
                 jpeg = _jpeg(image.frame.pixels, self._settings.jpeg_quality)
                 log.write(f"/predict/image/{image.camera}", t_s, CompressedImage(image.camera, "jpeg", jpeg))
-            log.write("/predict/detection", t_s, _detection(number, image))
+            seen = detection_message(number, image.camera, image.sighting)
+            log.write("/predict/detection", self.begin_s + image.frame.t_s, seen)
         log.write("/predict/ball", t_s, FrameTransform("world", "ball", self._staged.ball_m(exposed_s)))
         if pose is not None:
             log.write("/predict/estimate", t_s, _estimate(number, self.begin_s, pose))
@@ -218,19 +219,6 @@ def _jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:
     return cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
 
 
-def _detection(flight: int, image: ObservedImage) -> DetectionMessage:
-    seen = image.sighting
-    u_px, v_px = (NO_NUMBER, NO_NUMBER) if seen is None else seen.centre_px.tolist()
-    return DetectionMessage(
-        flight=flight,
-        camera=image.camera,
-        u_px=u_px,
-        v_px=v_px,
-        radius_px=NO_NUMBER if seen is None else seen.radius_px,
-        seen=seen is not None,
-    )
-
-
 def _estimate(flight: int, begin_s: float, pose: CatchPose) -> CatchEstimateMessage:
     x_m, y_m, z_m = pose.position_m.tolist()
     velocity_x, velocity_y, velocity_z = pose.velocity_m_s.tolist()
@@ -248,4 +236,5 @@ def _estimate(flight: int, begin_s: float, pose: CatchPose) -> CatchEstimateMess
         sigma_x_m=sigma_x_m,
         sigma_y_m=sigma_y_m,
         sigma_z_m=sigma_z_m,
+        covariance_m2=pose.covariance_m2.ravel(),
     )

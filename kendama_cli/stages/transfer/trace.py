@@ -16,7 +16,7 @@ from kendama_cli.control.swing_up import SwingUpRollout
 from kendama_cli.devices.robot.exchange_log import exchange_message
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.learning.interface import FinishedRollout
-from kendama_cli.log.messages import DetectionMessage, ReplayMessage, RolloutMessage, WrenchMessage
+from kendama_cli.log.messages import ReplayMessage, RolloutMessage, WrenchMessage
 from kendama_cli.physics.rim_crossing import SampledBody, SampledWays
 from kendama_cli.physics.taut_rope import stretch_m
 from kendama_cli.schema.arrays import Array
@@ -25,6 +25,7 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware, TwinHardware
 from kendama_cli.settings.robot import Imperfection
 from kendama_cli.stages.transfer.messages import GameEstimateMessage, GameMessage, TransferStepMessage
+from kendama_cli.vision.detection.interface import detection_message
 
 JPEG_QUALITY = 80
 TimedMessage = tuple[str, float, object]
@@ -94,16 +95,7 @@ def game_messages(game: Game, index: int, start_s: float, horizon_s: float) -> I
     """Yield detections, images and estimates of one game, and its end."""
     observed = game.observed
     for frame in observed.frames:
-        seen = frame.sighting
-        u_px, v_px = (math.nan, math.nan) if seen is None else seen.centre_px.tolist()
-        detection = DetectionMessage(
-            flight=index,
-            camera=frame.camera,
-            u_px=u_px,
-            v_px=v_px,
-            radius_px=math.nan if seen is None else seen.radius_px,
-            seen=seen is not None,
-        )
+        detection = detection_message(index, frame.camera, frame.sighting)
         yield "/transfer/detection", start_s + frame.t_s, detection
     for picture in observed.pictures:
         jpeg = cv2.imencode(".jpg", picture.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()

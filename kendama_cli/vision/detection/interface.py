@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.log.messages import DetectionMessage
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.settings import DETECTORS, DetectorSettings
 
@@ -25,6 +26,16 @@ class Sighting:
     """(2, 2) of the centre"""
     radius_px: float
     score: float
+
+
+def detection_message(flight: int, camera: str, seen: Sighting | None) -> DetectionMessage:
+    """Return the log's message of one image of a flight."""
+    if seen is None:
+        return DetectionMessage(flight, camera, np.nan, np.nan, np.nan, seen=False)
+    u_px, v_px = seen.centre_px.tolist()
+    return DetectionMessage(
+        flight, camera, u_px, v_px, seen.radius_px, seen=True, covariance_px2=seen.covariance_px2.ravel()
+    )
 
 
 @dataclass(frozen=True)

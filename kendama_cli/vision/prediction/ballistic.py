@@ -17,6 +17,8 @@ MIN_FREEDOM = 8
 KNOWN_POSITION_M, KNOWN_VELOCITY_M_S = 0.005, 0.05
 """Once the ball is known so well, so are the depths that weight its pixels and the air that slows it, and the sums may
 begin. Ten times as much put cameras that expose one after another 6 to 76 mm off, where this leaves 0.05 to 0.3 mm."""
+ROUGH_POSITION_M, ROUGH_VELOCITY_M_S = 1.0, 10.0
+"""A state that is not even known so well says nothing of depths and air: two images of a poor detector give 1e4 m/s."""
 MAX_EARLY_SIGHTS = 200
 
 
@@ -68,9 +70,8 @@ class BallisticFit:
                 self.count -= len(self._early.pop(0)[1].right)
 
     def state(self, t_s: float) -> tuple[Array, Array] | None:
-        """Position and velocity (3,) at ``t_s``; None while they are not known."""
-        self._solve()
-        if self._state is None:
+        """Position and velocity (3,) at ``t_s``; None while they are not even roughly known."""
+        if not self.within(ROUGH_POSITION_M, ROUGH_VELOCITY_M_S) or self._state is None:
             return None
         start, velocity = self._state[:3], self._state[3:]
         if t_s == self._start_s:
@@ -119,12 +120,12 @@ class BallisticFit:
         if self._early is None:
             self._step()
             return
-        for _ in range(1 if self._state is not None else 3):
-            if self._state is not None:
-                self._reference = self._state
+        for _ in range(1 if self.within(ROUGH_POSITION_M, ROUGH_VELOCITY_M_S) else 3):
+            rough = self.within(ROUGH_POSITION_M, ROUGH_VELOCITY_M_S)
+            self._reference = self._state if rough and self._state is not None else np.zeros(UNKNOWNS)
             self._sums = np.zeros_like(self._sums)
             for s, sight in self._early:
-                self._accumulate(s, sight, weighted=self._state is not None)
+                self._accumulate(s, sight, weighted=rough)
             if not self._step():
                 return
         if self.within(KNOWN_POSITION_M, KNOWN_VELOCITY_M_S) or len(self._early) >= MAX_EARLY_SIGHTS:

@@ -36,10 +36,12 @@ class CatchPoseEstimator:
         cup_velocity_m_s: ArrayLike = (0.0, 0.0, 0.0),
         max_sigma_m: float = 0.25,
         motion: MotionSettings = BALLISTIC,
+        of_marker: bool = False,
     ) -> None:
         """``gravity_m_s2`` is a magnitude along -z or a vector (3,); no pose is given above ``max_sigma_m``.
 
-        The drags are those of FreeFlight: k1 / m and k2 / m.
+        The drags are those of FreeFlight: k1 / m and k2 / m. ``of_marker``: the point that is seen is estimated,
+        wobble and all, not the ball's centre.
         """
         vector = np.asarray(gravity_m_s2, dtype=np.float64)
         self.flight = FreeFlight(
@@ -48,7 +50,7 @@ class CatchPoseEstimator:
         self.rim_height_m = rim_height_m
         self.cup_velocity_m_s = np.asarray(cup_velocity_m_s, dtype=np.float64)
         self.max_sigma_m = max_sigma_m
-        self._motion = motion
+        self._motion, self._of_marker = motion, of_marker
         self.reset()
 
     def reset(self) -> None:
@@ -56,7 +58,7 @@ class CatchPoseEstimator:
         self._fit: BallisticFit | KalmanFlightFit = (
             BallisticFit(self.flight)
             if isinstance(self._motion, BallisticMotion)
-            else KalmanFlightFit(self.flight, self._motion)
+            else KalmanFlightFit(self.flight, self._motion, of_marker=self._of_marker)
         )
 
     @property

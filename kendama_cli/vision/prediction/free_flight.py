@@ -66,10 +66,6 @@ class FreeFlight:
         """Position (..., 3) after ``s`` (...) seconds from ``start_m`` (3,) with ``velocity_m_s`` (3,)."""
         return self.moved(start_m, velocity_m_s, s)[0]
 
-    def velocity_m_s(self, velocity_m_s: Array, s: ArrayLike) -> Array:
-        """Velocity (..., 3) after ``s`` (...) seconds from ``velocity_m_s`` (3,)."""
-        return self.moved(np.zeros(3), velocity_m_s, s)[1]
-
     def moved(self, start_m: Array, velocity_m_s: Array, s: ArrayLike) -> tuple[Array, Array]:
         """Position and velocity (..., 3) after ``s`` (...) seconds, which may be negative."""
         if self.drag_per_m > 0:

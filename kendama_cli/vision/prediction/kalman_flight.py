@@ -15,28 +15,33 @@ from kendama_cli.vision.settings import ColouredMotion
 STATES = 12
 WIDE_POSITION_M, WIDE_VELOCITY_M_S = 1.0, 10.0
 """Prior of the ball's state: next to nothing is known."""
+BEGUN = 1 / 20
+"""The filter begins where the plain fit knows the ball to this part of the prior: it is linear about that state."""
 
 
 class KalmanFlightFit:
     """The ball's state from measurements in order of time, each at the same cost.
 
-    x = (p, v, w, w') with v' = g - drag + white noise of intensity q; what is seen is p + w, where w is a Matern-3/2
-    process (lambda = sqrt(3) / length),
+    x = (p, v, w, w') with v' = g - drag + white noise of intensity q; what is seen is p + w, and what is estimated p,
+    or p + w ``of_marker`` (the seen point itself). w is a Matern-3/2 process (lambda = sqrt(3) / length),
 
         w'' = -lambda^2 w - 2 lambda w' + white noise,  var(w) = sigma^2,
 
-    which is least squares with that residual covariance (generalised least squares).
+    which is least squares with that residual covariance (generalised least squares). The noise of a measurement has
+    ``noise_scale`` times its stated standard deviation: nothing is scaled by the residuals of one flight.
     Begins with the plain fit's state as soon as that is known, and takes the measurements that led to it once more.
     """
 
-    def __init__(self, flight: FreeFlight, motion: ColouredMotion) -> None:
-        self.flight, self._motion = flight, motion
+    def __init__(self, flight: FreeFlight, motion: ColouredMotion, *, of_marker: bool = False) -> None:
+        self.flight, self._motion, self._of_marker = flight, motion, of_marker
         self._plain = BallisticFit(flight)
         self._waiting: list[tuple[float, RayConstraints]] = []
         self.count = 0
         self._mean: Array | None = None
         self._covariance = np.zeros((STATES, STATES))
         self._square = 0.0
+        self.log_likelihood = 0.0
+        """Of the measurements so far, given those before each; the constant and the depths are left out."""
         self.reference_s = 0.0
 
     @property
@@ -56,7 +61,7 @@ class KalmanFlightFit:
         self._waiting.sort(key=lambda one: one[0])
         first_s = self._waiting[0][0]
         known = self._plain.state(first_s)
-        if known is None or not self._plain.within(WIDE_POSITION_M / 4, WIDE_VELOCITY_M_S / 4):
+        if known is None or not self._plain.within(BEGUN * WIDE_POSITION_M, BEGUN * WIDE_VELOCITY_M_S):
             return
         self._mean = np.concatenate([*known, np.zeros(STATES - UNKNOWNS)])
         wide = np.repeat([WIDE_POSITION_M**2, WIDE_VELOCITY_M_S**2, *_still(self._motion)], 3)
@@ -66,20 +71,20 @@ class KalmanFlightFit:
         self._waiting = []
 
     def state(self, t_s: float) -> tuple[Array, Array] | None:
-        """Position and velocity (3,) at ``t_s``, the wobble's expected part included; None while not known."""
+        """Position and velocity (3,) at ``t_s``; None while not known."""
         if self._mean is None:
             return None
         mean = self._mean_over(t_s - self.reference_s)
-        return mean[0] + mean[2], mean[1] + mean[3]
+        return (mean[0] + mean[2], mean[1] + mean[3]) if self._of_marker else (mean[0], mean[1])
 
     def ball_state(self, t_s: float) -> BallState | None:
-        """Return the ball at ``t_s``, with its position's covariance, scaled up if the innovations are too large."""
+        """Return the ball at ``t_s``, with its position's covariance."""
         known = self.state(t_s)
         if known is None:
             return None
         p = self._covariance_over(t_s - self.reference_s)
-        position = p[:3, :3] + p[6:9, 6:9] + p[:3, 6:9] + p[6:9, :3]
-        return BallState(*known, position * max(1.0, self.residual_ratio))
+        wobble = p[6:9, 6:9] + p[:3, 6:9] + p[6:9, :3] if self._of_marker else 0.0
+        return BallState(*known, p[:3, :3] + wobble)
 
     def _take(self, t_s: float, sight: RayConstraints) -> None:
         if self._mean is None:
@@ -93,14 +98,18 @@ class KalmanFlightFit:
         position, _ = self.flight.moved(self._mean[:3], self._mean[3:6], late)
         ahead = self.flight.transition(self._mean[3:6], late).position_s
         depth = float(sight.depth_row @ position) + sight.depth_right
-        rows = sight.rows / max(depth, MIN_DEPTH_M)
+        unit = self._motion.noise_scale * max(depth, MIN_DEPTH_M)
+        rows = sight.rows / unit
         design = np.zeros((len(rows), STATES))
         design[:, :3], design[:, 3:6], design[:, 6:9] = rows, rows @ ahead, rows
-        innovation = sight.right / max(depth, MIN_DEPTH_M) - rows @ (position + self._mean[6:9])
+        innovation = sight.right / unit - rows @ (position + self._mean[6:9])
         crossed = self._covariance @ design.T
         spread = design @ crossed + np.eye(len(rows))
         gain = np.linalg.solve(spread, crossed.T).T
-        self._square += float(innovation @ np.linalg.solve(spread, innovation))
+        square = float(innovation @ np.linalg.solve(spread, innovation))
+        self._square += square
+        unlikely = square + float(np.linalg.slogdet(spread)[1]) + 2 * len(rows) * math.log(self._motion.noise_scale)
+        self.log_likelihood -= unlikely / 2
         self._mean = self._mean + gain @ innovation
         covariance = self._covariance - gain @ crossed.T
         self._covariance = (covariance + covariance.T) / 2

@@ -84,7 +84,7 @@ class BallTracker:
         """
         times = {name: t_s if own_s is None else own_s[name] for name, seen in sightings.items() if seen is not None}
         sights = [
-            (times[name], self._rows(name, seen))
+            (times[name], ball_sight(self.cameras[name], seen))
             for name, seen in sightings.items()
             if seen is not None and self._is_new(name, times[name], seen) and self._is_near(name, times[name], seen)
         ]
@@ -150,9 +150,10 @@ class BallTracker:
                 self.estimator.update_sight(t, row)
         self._waiting = []
 
-    def _rows(self, camera: str, seen: Sighting) -> RayConstraints:
-        model = self.cameras[camera]
-        return ray_constraints(model, sphere_centre(model, seen.centre_px, seen.radius_px), seen.covariance_px2)
+
+def ball_sight(camera: CameraModel, seen: Sighting) -> RayConstraints:
+    """Return the constraints that a detection puts on the ball's centre."""
+    return ray_constraints(camera, sphere_centre(camera, seen.centre_px, seen.radius_px), seen.covariance_px2)
 
 
 def sphere_centre(camera: CameraModel, disc_px: ArrayLike, radius_px: float) -> Array:
@@ -172,6 +173,12 @@ def catch_pose_estimator(
     return CatchPoseEstimator(min_tension_m_s2, drag_per_s, rim_height_m, drag_per_m=drag_per_m, motion=motion)
 
 
+def flight_estimator(settings: PredictSettings, game: GameSettings, rim_height_m: float) -> CatchPoseEstimator:
+    """Make the estimator of ``settings``, with the gravity that the cameras see."""
+    gravity_m_s2 = tilted_gravity(settings.gravity.scale * game.gravity_m_s2, settings.gravity.tilt_rad)
+    return catch_pose_estimator(settings.motion, game, rim_height_m, gravity_m_s2)
+
+
 def ball_tracker(
     settings: PredictSettings, game: GameSettings, models: Sequence[CameraModel], *, rim_height_m: float, onset: bool
 ) -> BallTracker:
@@ -179,8 +186,7 @@ def ball_tracker(
 
     Without ``onset`` every sighting counts as free flight. Raises InputError where a learned colour cannot be read.
     """
-    gravity_m_s2 = tilted_gravity(settings.gravity.scale * game.gravity_m_s2, settings.gravity.tilt_rad)
-    estimator = catch_pose_estimator(settings.motion, game, rim_height_m, gravity_m_s2)
+    estimator = flight_estimator(settings, game, rim_height_m)
     test = FreeFlightOnset(settings.onset, estimator.flight, game.cup.outer_radius_m) if onset else None
     make = partial(make_detector, settings.detector)
     return BallTracker(models, make, estimator, test)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from kendama_cli.plugins.calibration.flight_calibration import LEAST_SIGMA_M, NOMINAL, fit_flight_model
+from kendama_cli.plugins.calibration.flight_search import RecordedFlight, find_flights
 from kendama_cli.plugins.calibration.flight_trial import try_flights
-from kendama_cli.vision.prediction.flight_search import RecordedFlight, find_flights
 from kendama_cli.vision.prediction.free_flight import FreeFlight, tilted_gravity
 from kendama_cli.vision.settings import ColouredMotion
 from tests.vision.flights import session

@@ -1,13 +1,21 @@
 """`kendama log predict`: what it prints, and what it says of files that it cannot use."""
 
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 
 from kendama_cli.cli.main import main
+from kendama_cli.log.writer import McapLog, MemoryFile
+from kendama_cli.stages.predict import STAGE
+from kendama_cli.stages.predict.messages import CatchEstimateMessage
+from kendama_cli.vision.detection.interface import Sighting, detection_message
+from kendama_cli.vision.prediction.release import draw_release
+from kendama_cli.vision.prediction.tracker import sphere_centre
 from tests.devices.recordings.flight_files import csv_text, qualisys_text
 from tests.vision.flights import session
+from tests.vision.scenes import game, predict, shipped_models, virtual
 
 FIGURES = {"position_error_mm_p50", "position_error_mm_p95", "time_error_ms_p50", "time_error_ms_p95"}
 
@@ -31,6 +39,63 @@ def test_json_tells_errors_for_every_part_seen(throws, capsys):
     assert shown["0.7"]["position_error_mm_p50"] < 3
     assert shown["model"]["calibrated_on"] == 3
     assert shown["model"]["gravity_m_s2"] == pytest.approx(9.81, abs=0.15)
+
+
+def test_stated_uncertainty_is_told_beside_the_errors(throws, capsys):
+    assert main(["log", "predict", str(throws), "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["0.3"]["position_sigma_mm_p50"] > shown["0.9"]["position_sigma_mm_p50"] > 0
+    assert 0 <= shown["0.5"]["inside_95"] <= 1
+
+
+def test_gravity_that_is_off_by_two_percent_repeated_samples_and_rising_flights_are_told(tmp_path, capsys):
+    """Positions 4 % too large; a sample twice; and a throw that is lost before it falls."""
+    track, _ = session(np.random.default_rng(10403), 3)
+    rising = np.arange(0.0, 0.4, 1 / 120)
+    thrown = np.column_stack([rising, 0 * rising, 5.0 * rising - 9.81 / 2 * rising**2])
+    t_s, points = np.concatenate([track.t_s, track.t_s[-1] + 1 + rising]), np.concatenate([track.position_m, thrown])
+    lines = csv_text(type(track)("ball", t_s, 1.04 * points)).splitlines()
+    (tmp_path / "a.csv").write_text("\n".join([*lines[:40], lines[39], *lines[40:]]))
+    assert main(["log", "predict", str(tmp_path / "a.csv"), "--json"]) == 0
+    shown = capsys.readouterr()
+    assert json.loads(shown.out)["flights"] == 3
+    assert "1 samples have the time of the one before; left out" in shown.err
+    assert "1 flights end before the ball falls; left out" in shown.err
+    assert "the flights' gravity is +4." in shown.err or "the flights' gravity is +3." in shown.err
+    assert "0." in shown.err.split("in size and")[1]
+
+
+def test_the_noise_of_a_detector_is_learned_from_a_log_of_flights_that_cameras_saw(tmp_path, capsys):
+    """Detections with 0.2 px of noise of which 0.4 px is stated; twice the seed's spread of 8 flights is 0.1."""
+    log = tmp_path / "predict.mcap"
+    detected_log(log, flights=8, sigma_px=0.2, stated_px=0.4)
+    assert main(["log", "predict", str(log), "--json"]) == 0
+    motion = json.loads(capsys.readouterr().out)["motion"]
+    assert motion["noise_scale"] == pytest.approx(0.5, abs=0.1)
+    assert motion["sigma_m"] < 1e-3
+    detected_log(log, flights=3, sigma_px=0.2, stated_px=0.4)
+    assert main(["log", "predict", str(log)]) == 2
+    assert "3 flights with 12 detections; 5 are needed" in capsys.readouterr().err
+
+
+def detected_log(path, *, flights, sigma_px, stated_px):
+    """A log as predict writes it, of flights that two cameras see with drawn noise."""
+    rng, log = np.random.default_rng(10404), McapLog(STAGE.topics, MemoryFile())
+    cameras = {model.name: model for model in shipped_models()}
+    for flight in range(flights):
+        release, begin = draw_release(rng, predict().release, game(), 0.1), 2.0 * flight
+        pose = CatchEstimateMessage(flight, begin + release.crossing_s, *np.zeros(10).tolist())
+        log.write("/predict/estimate", begin, pose)
+        for t in np.arange(0.0, release.crossing_s, 1 / 60):
+            for name, model in cameras.items():
+                ball = release.ball_m(t)
+                centre, radius = model.project(ball)[0], model.size_px(ball, game().ball.radius_m)
+                disc = 2 * centre - sphere_centre(model, centre, radius) + sigma_px * rng.standard_normal(2)
+                seen = Sighting(disc, stated_px**2 * np.eye(2), radius, 1.0)
+                log.write("/predict/detection", begin + t, detection_message(flight, name, seen))
+    nodes = {"predict": predict(), "camera": virtual(), "game": game()}
+    facts = {name: dataclasses.asdict(node) for name, node in nodes.items()}
+    log.finish(path, stage="predict", settings=facts, metrics={})
 
 
 def test_other_files_calibrate_it(throws, tmp_path, capsys):

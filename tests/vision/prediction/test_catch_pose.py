@@ -139,6 +139,19 @@ def test_too_little_seen_gives_no_pose():
     assert estimator.catch() is None
 
 
+def test_a_poor_detector_s_first_images_do_not_carry_the_ball_away():
+    """Two images with 1.5 px of noise give up to 1e4 m/s, at which quadratic drag and depths are nonsense."""
+    cameras, rng = stereo(), np.random.default_rng(21)
+    for _ in range(30):
+        estimator = CatchPoseEstimator(9.81, DRAG, RIM_M, drag_per_m=0.2)
+        for t in stamps(0.5):
+            for camera in cameras:
+                pixel = camera.project(FLIGHT.position_m(START, VELOCITY, t))[0] + 1.5 * rng.standard_normal(2)
+                estimator.update_pixels(camera, t, pixel, 1.5**2 * np.eye(2))
+                estimator.catch()
+        assert np.linalg.norm(estimator.state_at(0.0)[:3] - START) < 0.1
+
+
 def test_a_flight_that_stays_below_the_rim_gives_no_pose():
     assert predicted(stereo(), 0.5, np.random.default_rng(9)).catch(rim_height_m=1.0) is None
 

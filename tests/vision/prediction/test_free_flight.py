@@ -17,7 +17,7 @@ def test_closed_form_agrees_with_integration_of_the_equation(drag_per_s):
         (0, 0.7), np.concatenate([START, VELOCITY]), t_eval=ends, rtol=1e-12, atol=1e-13,
     )  # fmt: skip
     assert np.abs(flight.position_m(START, VELOCITY, ends) - found.y[:3].T).max() < 1e-10
-    assert np.abs(flight.velocity_m_s(VELOCITY, ends) - found.y[3:].T).max() < 1e-10
+    assert np.abs(flight.moved(np.zeros(3), VELOCITY, ends)[1] - found.y[3:].T).max() < 1e-10
 
 
 def test_a_flight_with_quadratic_drag_is_what_an_independent_integration_gives():
@@ -28,7 +28,7 @@ def test_a_flight_with_quadratic_drag_is_what_an_independent_integration_gives()
     )  # fmt: skip
     flight = FreeFlight(G, 0.0, k2)
     assert np.abs(flight.position_m(START, velocity, ends) - found.y[:3].T).max() < 1e-6
-    assert np.abs(flight.velocity_m_s(velocity, ends) - found.y[3:].T).max() < 1e-5
+    assert np.abs(flight.moved(np.zeros(3), velocity, ends)[1] - found.y[3:].T).max() < 1e-5
 
 
 def test_how_a_flight_changes_with_its_velocity_is_right_to_first_order_of_the_air():
@@ -48,7 +48,7 @@ def test_descent_is_on_the_plane_and_downward(drag_per_s):
     s = flight.descent_s(START, VELOCITY, 0.25)
     assert s is not None
     assert abs(flight.position_m(START, VELOCITY, s)[2] - 0.25) < 1e-12
-    assert flight.velocity_m_s(VELOCITY, s)[2] < 0
+    assert flight.moved(np.zeros(3), VELOCITY, s)[1][2] < 0
 
 
 def test_a_plane_above_the_apex_is_never_crossed():

@@ -18,8 +18,8 @@ from tests.vision.seen_flight import (
     stamps,
 )
 
-PROCESS = ColouredMotion("coloured", 1e-9, 0.15, 0.05)
-COLOURED = ColouredMotion("coloured", 4e-3, 0.15, 0.0)
+PROCESS = ColouredMotion("coloured", 1.0, 1e-9, 0.15, 0.05)
+COLOURED = ColouredMotion("coloured", 1.0, 4e-3, 0.15, 0.0)
 SEEN = np.arange(0.0, 0.2, 1 / 300)
 
 
@@ -41,7 +41,7 @@ def disturbed(motion, rng, sigma_m=2e-4):
 
 
 def estimator_of(points, motion):
-    options = {} if motion is None else {"motion": motion}
+    options = {} if motion is None else {"motion": motion, "of_marker": True}
     estimator = CatchPoseEstimator(9.81, DRAG, RIM_M, **options)
     for moment, point in zip(SEEN, points, strict=True):
         estimator.update_position(moment, point, (2e-4) ** 2 * np.eye(3))
@@ -50,7 +50,7 @@ def estimator_of(points, motion):
 
 @pytest.mark.parametrize("motion", [PROCESS, COLOURED])
 def test_a_wobbling_ball_is_predicted_better_by_the_variant_that_expects_it_and_its_covariance_is_true(motion):
-    """60 draws; mean normalised square of 2 numbers: 2 +- 0.26; it is scaled up, never down, by the innovations."""
+    """60 draws; mean normalised square of 2 numbers: 2 +- 0.26; nothing is scaled by the innovations."""
     rng = np.random.default_rng(16)
     errors, squares, ratios = [], [], []
     for _ in range(60):
@@ -65,6 +65,20 @@ def test_a_wobbling_ball_is_predicted_better_by_the_variant_that_expects_it_and_
     assert mine < 0.9 * plain
     assert 1.0 < np.mean(squares) < 2.8
     assert 0.9 < np.mean(ratios) < 1.1
+
+
+def test_the_ball_is_told_without_the_wobble_and_its_covariance_is_true():
+    """200 draws; mean normalised square of 2 numbers: 2 +- 0.14, and twice that is three standard deviations."""
+    rng, squares = np.random.default_rng(20), []
+    for _ in range(200):
+        points, _, _ = disturbed(COLOURED, rng)
+        estimator = CatchPoseEstimator(9.81, DRAG, RIM_M, motion=COLOURED)
+        for moment, point in zip(SEEN, points, strict=True):
+            estimator.update_position(moment, point, (2e-4) ** 2 * np.eye(3))
+        pose = estimator.catch()
+        error = (pose.position_m - CROSSING_M)[:2]
+        squares.append(error @ np.linalg.solve(pose.covariance_m2[:2, :2], error))
+    assert 1.58 < np.mean(squares) < 2.42
 
 
 def test_the_coloured_variant_is_generalised_least_squares():

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from kendama_cli.vision.prediction.flight_search import RecordedTrack, find_flights
+from kendama_cli.devices.recordings.flight_reader import RecordedTrack
+from kendama_cli.plugins.calibration.flight_search import find_flights
 from tests.vision.flights import session, throw
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.constants
 from numpy.typing import NDArray
 
+from kendama_cli.devices.recordings.flight_reader import RecordedTrack
 from kendama_cli.schema.arrays import Array
 
 GRAVITY_M_S2 = scipy.constants.g
@@ -31,15 +32,6 @@ EDGE_S = 0.15
 
 
 @dataclass(frozen=True)
-class RecordedTrack:
-    """One recorded point: times ``t_s`` (n,), rising, and ``position_m`` (n, 3), nan where it was not seen."""
-
-    name: str
-    t_s: Array
-    position_m: Array
-
-
-@dataclass(frozen=True)
 class RecordedFlight:
     """Samples of one free flight, in a frame whose z points up: ``t_s`` (n,) from 0 and ``position_m`` (n, 3)."""
 
@@ -56,6 +48,20 @@ def find_flights(tracks: Sequence[RecordedTrack]) -> list[RecordedFlight]:
     at both ends while the flight predicts the samples there. The axis that points up follows
     from the fall itself.
     """
+    return [flight for flight in _all_flights(tracks) if _falls(flight)]
+
+
+def left_rising(tracks: Sequence[RecordedTrack]) -> int:
+    """Return the number of free flights that leave the volume, or are lost, before they fall."""
+    return sum(not _falls(flight) for flight in _all_flights(tracks))
+
+
+def _falls(flight: RecordedFlight) -> bool:
+    heights = flight.position_m[:, 2]
+    return bool(heights[-1] <= heights.max() - DROP_M)
+
+
+def _all_flights(tracks: Sequence[RecordedTrack]) -> list[RecordedFlight]:
     pieces = [piece for track in tracks for piece in _pieces(track)]
     falls = [_acceleration(piece) for piece in pieces]
     rotation = _upright(falls)
@@ -67,9 +73,8 @@ def find_flights(tracks: Sequence[RecordedTrack]) -> list[RecordedFlight]:
         free = np.linalg.norm(fall @ rotation.T - DOWN_M_S2, axis=1) < NEAR_M_S2
         for first, last in _spans(piece.t_s, points, free):
             t, flight = piece.t_s[first:last], points[first:last]
-            if len(t) < 8 or t[-1] - t[0] < FLIGHT_S or flight[-1, 2] > flight[:, 2].max() - DROP_M:
-                continue
-            found.append(RecordedFlight(piece.name, float(t[0]), t - t[0], flight))
+            if len(t) >= 8 and t[-1] - t[0] >= FLIGHT_S:
+                found.append(RecordedFlight(piece.name, float(t[0]), t - t[0], flight))
     return sorted(found, key=lambda flight: flight.begin_s)
 
 
