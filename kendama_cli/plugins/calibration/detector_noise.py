@@ -62,6 +62,8 @@ def detected_flights(path: Path) -> tuple[FreeFlight, list[Sights]]:
     game = logged_settings(GameSettings, settings["game"], "game", path)
     predict = logged_settings(PredictSettings, settings["predict"], "predict", path)
     models = camera_models(build_value(CameraSettings, settings["camera"], "camera"))
+    if any(model.link is not None for model in models):
+        raise InputError(str(path), "a link of the arm carries its cameras", remedy="use cameras that stand still")
     cameras = {model.name: model for model in models}
     estimates = log.table(topic.replace("detection", "estimate"))
     numbers, begin_s, catch_s = (
