@@ -66,9 +66,9 @@ def test_gravity_that_is_off_by_two_percent_repeated_samples_and_rising_flights_
 
 
 def test_the_noise_of_a_detector_is_learned_from_a_log_of_flights_that_cameras_saw(tmp_path, capsys):
-    """Detections with 0.2 px of noise of which 0.4 px is stated; twice the seed's spread of 8 flights is 0.1."""
+    """Detections with 0.2 px of noise of which 0.4 px is stated; three standard deviations of 6 flights are 0.1."""
     log = tmp_path / "predict.mcap"
-    detected_log(log, flights=8, sigma_px=0.2, stated_px=0.4)
+    detected_log(log, flights=6, sigma_px=0.2, stated_px=0.4)
     assert main(["log", "predict", str(log), "--json"]) == 0
     motion = json.loads(capsys.readouterr().out)["motion"]
     assert motion["noise_scale"] == pytest.approx(0.5, abs=0.1)
@@ -86,7 +86,7 @@ def detected_log(path, *, flights, sigma_px, stated_px):
         release, begin = draw_release(rng, predict().release, game(), 0.1), 2.0 * flight
         pose = CatchEstimateMessage(flight, begin + release.crossing_s, *np.zeros(10).tolist())
         log.write("/predict/estimate", begin, pose)
-        for t in np.arange(0.0, release.crossing_s, 1 / 60):
+        for t in np.arange(0.0, release.crossing_s, 1 / 40):
             for name, model in cameras.items():
                 ball = release.ball_m(t)
                 centre, radius = model.project(ball)[0], model.size_px(ball, game().ball.radius_m)
