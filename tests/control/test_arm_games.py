@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -99,17 +100,21 @@ def test_a_link_that_the_arm_has_not_is_refused_before_anything_moves(tmp_path: 
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_games_seen_from_the_arm_are_caught_and_without_its_pose_they_are_not(
+def test_games_seen_from_the_arm_are_caught_and_without_its_pose_nothing_is_predicted(
     tmp_path: Path, policies: list[PolicyArtifact]
 ) -> None:
+    """A tenth of a second ahead: 0.1 mm, and 47 mm and more with the forearm as at home, whatever catches then."""
     node = nodes(tmp_path, "camera/rig=elbow")
-    assert caught(node, policies, 3, 900, nominal=True) == 3
+    with arm_games(node, nominal=True) as runner:
+        seen = [runner.play(GreedyPolicy(policies[k], node["learn"]), seed=900 + k) for k in range(3)]
+    assert all(game.caught for game in seen)
+    assert max(game.prediction_error_m(0.1) or math.inf for game in seen) < 0.003
     with arm_games(node, nominal=True) as runner:
         arm = RobotModel(node["robot"], node["game"].cup, node["game"].gravity_m_s2)
         observer, home = cast(CameraObserver, runner.observer), arm.link_pose("link_e2", arm.home_rad)
         observer.loop._placed = lambda model, _: model.carried(home.rotation, home.position_m - observer._origin_m)
         played = [runner.play(GreedyPolicy(policies[k], node["learn"]), seed=900 + k) for k in range(3)]
-    assert sum(game.caught for game in played) == 0
+    assert min(game.prediction_error_m(0.1) or math.inf for game in played) > 0.02
 
 
 def test_an_imitation_alone_needs_no_line_that_a_swing_up_would_need(tmp_path: Path) -> None:
