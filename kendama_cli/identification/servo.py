@@ -72,16 +72,20 @@ def fit_servo(arm: RobotModel, sent_rad: Array, measured_rad: Array, period_s: f
     moved = motion.moving()
     if not moved.any():
         return None
-    fits = [_Fit.of(_Delayed(sent_rad, motion, motion, delay), moved) for delay in range(longest + 1)]
+    start, end = window // 2, len(sent_rad) - window // 2
+    late = [motion.rows(start + delay, end) for delay in range(longest + 1)]
+    fits = [_Fit.of(sent_rad[start : end - delay], one, one, moved) for delay, one in enumerate(late)]
     least = min(one.squares for one in fits)
     delay = next(k for k, one in enumerate(fits) if one.squares <= PARSIMONY * least)
     rough = fits[delay].servo(arm.joint_names, delay * period_s, period_s)
     if rough.follows:
         return rough
+    sent, ahead = sent_rad[start : end - delay], late[delay]
     noiseless = _Motion.smoothed(arm, _lagged(sent_rad, fits[delay].lag_s, period_s), window, period_s)
-    delayed = _Delayed(sent_rad, motion, noiseless, delay)
-    rest_s = max(delayed.rest_s(moved), -(delay + 0.5) * period_s)
-    return _Fit.of(delayed, moved, rest_s).servo(arm.joint_names, delay * period_s + rest_s, period_s)
+    pure = noiseless.rows(start, end - delay)
+    rest_s = max(_rest_s(sent, ahead, pure, moved), -(delay + 0.5) * period_s)
+    fit = _Fit.of(sent, ahead.after(rest_s), pure.after(rest_s), moved)
+    return fit.servo(arm.joint_names, delay * period_s + rest_s, period_s)
 
 
 def _lagged(sent: Array, lag_s: Array, period_s: float) -> Array:
@@ -105,21 +109,20 @@ class _Fit:
     max_sag_rad: Array
 
     @staticmethod
-    def of(delayed: _Delayed, moved: np.ndarray, rest_s: float = 0.0) -> _Fit:
-        """Return the fit with ``rest_s`` of dead time beside that of ``delayed``."""
-        count = moved.size
-        lag, sigma, sag, offset, squares = (np.zeros(count) for _ in range(5))
+    def of(sent: Array, ahead: _Motion, pure: _Motion, moved: np.ndarray) -> _Fit:
+        """Return the fit of the motion ``ahead`` to the commands ``sent`` (k, n) by the instruments ``pure``."""
+        behind = sent - ahead.position
+        lag, sigma, sag, offset, squares = (np.zeros(moved.size) for _ in range(5))
         for j in np.flatnonzero(moved).tolist():
-            terms, pure = delayed.terms(j, rest_s)
-            (lag[j], sag[j], offset[j]), residual = _solved(terms, pure, delayed.behind(j, rest_s))
+            terms, instruments = ahead.terms(j), pure.terms(j)
+            (lag[j], sag[j], offset[j]), residual = _solved(terms, instruments, behind[:, j])
             squares[j] = residual @ residual
-            sigma[j] = _deviation(terms, pure, residual)
+            sigma[j] = _deviation(terms, instruments, residual)
         lag[~moved], sigma[~moved] = np.median(lag[moved]), np.median(sigma[moved])
         for j in np.flatnonzero(~moved).tolist():
-            terms, pure = delayed.terms(j, rest_s)
-            behind = delayed.behind(j, rest_s) - lag[j] * terms[:, 0]
-            (sag[j], offset[j]), _ = _solved(terms[:, 1:], pure[:, 1:], behind)
-        largest = np.abs(delayed.motion.torque_nm * sag + offset).max(axis=0)
+            terms, instruments = ahead.terms(j), pure.terms(j)
+            (sag[j], offset[j]), _ = _solved(terms[:, 1:], instruments[:, 1:], behind[:, j] - lag[j] * terms[:, 0])
+        largest = np.abs(ahead.torque_nm * sag + offset).max(axis=0)
         return _Fit(float(squares.sum()), lag, sigma, sag, offset, largest)
 
     def servo(self, names: tuple[str, ...], dead_time_s: float, period_s: float) -> ServoModel:
@@ -146,7 +149,6 @@ class _Motion:
     velocity: Array
     acceleration: Array
     torque_nm: Array
-    edge: int
 
     @staticmethod
     def smoothed(arm: RobotModel, angles: Array, window: int, period_s: float) -> _Motion:
@@ -155,62 +157,42 @@ class _Motion:
         )
         rows = zip(position, velocity, acceleration, strict=True)
         torque_nm = np.array([arm.rigid_effort_nm(*row) for row in rows])
-        return _Motion(position, velocity, acceleration, torque_nm, window // 2)
+        return _Motion(position, velocity, acceleration, torque_nm)
 
     def moving(self) -> np.ndarray:
         """Return a mask (n,) of the joints that moved."""
         squares = (self.velocity**2).mean(axis=0)
         return np.asarray((squares > MOVED * squares.max()) & (squares > STILL_RAD_S**2))
 
+    def rows(self, start: int, end: int) -> _Motion:
+        """Return the rows from ``start`` to ``end``."""
+        columns = (self.position, self.velocity, self.acceleration, self.torque_nm)
+        return _Motion(*(column[start:end] for column in columns))
 
-@dataclass(frozen=True)
-class _Delayed:
-    """Commands ``sent`` (k, n) beside the ``motion`` that is ``delay`` periods later, and their ``instruments``.
+    def after(self, time_s: float) -> _Motion:
+        """Return the motion ``time_s`` later, by its acceleration."""
+        velocity = self.velocity + time_s * self.acceleration
+        position = self.position + time_s / 2 * (self.velocity + velocity)
+        return _Motion(position, velocity, self.acceleration, self.torque_nm)
 
-    Instruments are of the commands' own time, or the motion itself for least squares.
+    def terms(self, j: int) -> Array:
+        """Return q', tau and 1 of joint ``j``, (k, 3)."""
+        return np.column_stack([self.velocity[:, j], self.torque_nm[:, j], np.ones(len(self.velocity))])
+
+
+def _rest_s(sent: Array, ahead: _Motion, pure: _Motion, moved: np.ndarray) -> float:
+    """Return the dead time that the motion ``ahead`` leaves of that to ``sent``: the median of joints that ``moved``.
+
+    With r the rest, u - q = (T + r) q' + (T r + r^2 / 2) q'' + ...: of the coefficients D and A of q' and q'',
+
+        r = D - sqrt(D^2 - 2 A).
     """
-
-    sent: Array
-    motion: _Motion
-    instruments: _Motion
-    delay: int
-
-    def behind(self, j: int, rest_s: float) -> Array:
-        """Return u(t) - q(t + d) of joint ``j``, with q to second order in ``rest_s``."""
-        motion, ahead = self.motion, self._rows(self.motion)
-        later = rest_s * motion.velocity[ahead, j] + rest_s**2 / 2 * motion.acceleration[ahead, j]
-        return np.asarray(self.sent[self._rows(None), j] - motion.position[ahead, j] - later)
-
-    def terms(self, j: int, rest_s: float) -> tuple[Array, Array]:
-        """Return q', tau and 1 of joint ``j`` (rows, 3), and the same of its instruments."""
-        both = []
-        for motion in (self.motion, self.instruments):
-            rows = self._rows(motion)
-            rate = motion.velocity[rows, j] + rest_s * motion.acceleration[rows, j]
-            both.append(np.column_stack([rate, motion.torque_nm[rows, j], np.ones(len(rate))]))
-        return both[0], both[1]
-
-    def rest_s(self, moved: np.ndarray) -> float:
-        """Return the dead time beside ``delay`` periods: the median of that of the joints which ``moved``.
-
-        With r the rest, u - q = (T + r) q' + (T r + r^2 / 2) q'' + ...: of the coefficients D and A of q' and q'',
-
-            r = D - sqrt(D^2 - 2 A).
-        """
-        found = []
-        for j in np.flatnonzero(moved).tolist():
-            rows = [
-                np.column_stack([one, motion.acceleration[self._rows(motion), j]])
-                for one, motion in zip(self.terms(j, 0.0), (self.motion, self.instruments), strict=True)
-            ]
-            (delay_s, _, _, square), _ = _solved(rows[0], rows[1], self.behind(j, 0.0))
-            found.append(delay_s - math.sqrt(max(delay_s**2 - 2.0 * square, 0.0)))
-        return float(np.median(found))
-
-    def _rows(self, motion: _Motion | None) -> slice:
-        """Return the rows of ``motion``, without its edges: those of the commands but for the late motion itself."""
-        edge, end = self.motion.edge, len(self.sent) - self.motion.edge
-        return slice(edge + self.delay, end) if motion is self.motion else slice(edge, end - self.delay)
+    found = []
+    for j in np.flatnonzero(moved).tolist():
+        terms, instruments = (np.column_stack([one.terms(j), one.acceleration[:, j]]) for one in (ahead, pure))
+        (delay_s, _, _, square), _ = _solved(terms, instruments, sent[:, j] - ahead.position[:, j])
+        found.append(delay_s - math.sqrt(max(delay_s**2 - 2.0 * square, 0.0)))
+    return float(np.median(found))
 
 
 def cup_sag_m(arm: RobotModel, servo: ServoModel, position_rad: Array) -> float:
@@ -238,8 +220,6 @@ def _deviation(terms: Array, instruments: Array, residual: Array) -> float:
     square = float(residual @ residual)
     rho = float(residual[1:] @ residual[:-1]) / square if square > 0.0 else 0.0
     inflated = (1.0 + max(rho, 0.0)) / max(1.0 - rho, 1e-3)
-    inverse = np.linalg.pinv(instruments.T @ terms)
-    variance = (
-        square / (len(residual) - terms.shape[1]) * float((inverse @ instruments.T @ instruments @ inverse.T)[0, 0])
-    )
+    inverse = np.linalg.pinv(instruments.T @ terms) @ instruments.T
+    variance = square / (len(residual) - terms.shape[1]) * float(inverse[0] @ inverse[0])
     return float(np.sqrt(variance * inflated))
