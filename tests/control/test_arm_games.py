@@ -103,7 +103,7 @@ def test_a_link_that_the_arm_has_not_is_refused_before_anything_moves(tmp_path: 
 def test_games_seen_from_the_arm_are_caught_and_without_its_pose_nothing_is_predicted(
     tmp_path: Path, policies: list[PolicyArtifact]
 ) -> None:
-    """A tenth of a second ahead: 0.1 mm, and 47 mm and more with the forearm as at home, whatever catches then."""
+    """A tenth of a second ahead: 0.1 mm, and 8 mm and more with the forearm as at home, whatever catches then."""
     node = nodes(tmp_path, "camera/rig=elbow")
     with arm_games(node, nominal=True) as runner:
         seen = [runner.play(GreedyPolicy(policies[k], node["learn"]), seed=900 + k) for k in range(3)]
@@ -114,7 +114,7 @@ def test_games_seen_from_the_arm_are_caught_and_without_its_pose_nothing_is_pred
         observer, home = cast(CameraObserver, runner.observer), arm.link_pose("link_e2", arm.home_rad)
         observer.loop._placed = lambda model, _: model.carried(home.rotation, home.position_m - observer._origin_m)
         played = [runner.play(GreedyPolicy(policies[k], node["learn"]), seed=900 + k) for k in range(3)]
-    assert min(game.prediction_error_m(0.1) or math.inf for game in played) > 0.02
+    assert min(game.prediction_error_m(0.1) or math.inf for game in played) > 0.005
 
 
 def test_an_imitation_alone_needs_no_line_that_a_swing_up_would_need(tmp_path: Path) -> None:
