@@ -34,7 +34,7 @@ TRACK = ["camera", "track", "nowhere.mp4"]
         (["camera", "train", "folder", "-o", "ball.json"], "a trained ball is a NumPy archive; name it ball.npz"),
         (["camera", "calibrate", "nowhere", "-o", "c.json"], "a calibration is YAML; name it c.yaml"),
         (["camera", "colour", "no.png@1,2", "--radius-px", "5", "-o", "c.txt"], "a learned colour is JSON"),
-        (["camera", "board", "-o", "board.jpg"], "a picture is a PNG; name it board.png"),
+        (["camera", "board", "-o", "board.jpg"], "a board is a PDF or a PNG; name it board.pdf or board.png"),
         (["camera", "blink", "-o", "blink.txt"], "a page is HTML; name it blink.html"),
     ],
 )

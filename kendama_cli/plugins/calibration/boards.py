@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import yaml
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from kendama_cli.cli import render
@@ -20,7 +23,12 @@ from kendama_cli.plugins.calibration.calibration_file import calibration_documen
 from kendama_cli.rendering.pictures import as_png
 from kendama_cli.schema.hints import nearest
 
-PRINT_DPI = 300
+PRINT_DPI, INCH_M = 300, 0.0254
+RULER_ROOM_M = 0.01
+PDF_PIXELS = 80
+"""Of a square: a marker's 8 cells are drawn to a hundredth of a square."""
+USUAL_PX, POOR_PX = 0.3, 0.6
+"""Rms distance of the corners: sharp views of a flat board, with 0.15 px of noise along each axis, leave 0.21 px."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +59,32 @@ def kinds_of(kind: str) -> tuple[str, ...]:
 
 
 def draw_board(board: Board, output: Path) -> None:
-    """Write the picture to print."""
-    refuse_output(output, "a picture is a PNG", ".png")
-    write_output(output, as_png(board.picture(round(board.square_m / 0.0254 * PRINT_DPI))))
+    """Write the picture to print, as PNG or PDF."""
+    refuse_output(output, "a board is a PDF or a PNG", ".pdf", ".png")
+    if output.suffix.lower() == ".pdf":
+        write_output(output, _as_pdf(board))
+        render.text(f"{output}: print it unscaled, check the line with a ruler, and glue it on something flat")
+        return
+    write_output(output, as_png(board.picture(round(board.square_m / INCH_M * PRINT_DPI))))
     render.text(f"{output}: print it at {PRINT_DPI} dpi, glue it on something flat, and measure a square")
+
+
+def _as_pdf(board: Board) -> bytes:
+    """Return one page with the board in its true size, and a line below to check it by."""
+    width_m, board_m = (board.columns + 1) * board.square_m, (board.rows + 1) * board.square_m
+    height_m, file = board_m + RULER_ROOM_M, io.BytesIO()
+    page = Figure(figsize=(width_m / INCH_M, height_m / INCH_M))
+    axes = page.add_axes((0, 0, 1, 1), xlim=(0, width_m), ylim=(0, height_m))
+    axes.axis("off")
+    edges = (0, width_m, RULER_ROOM_M, height_m)
+    axes.imshow(
+        board.picture(PDF_PIXELS), cmap="gray", vmin=0, vmax=255, extent=edges, interpolation="none", aspect="auto"
+    )
+    long_m = min(0.1 * math.floor((width_m - 0.01) / 0.1) or 0.01 * math.floor((width_m - 0.01) / 0.01), 0.2)
+    axes.plot([(width_m - long_m) / 2, (width_m + long_m) / 2], [RULER_ROOM_M / 2] * 2, "k|-", lw=0.5, ms=6)
+    axes.text(width_m / 2, RULER_ROOM_M / 5, f"{1e3 * long_m:.0f} mm: print unscaled, measure", ha="center", size=6)
+    page.savefig(file, format="pdf", metadata={"CreationDate": None})
+    return file.getvalue()
 
 
 def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: bool) -> None:
@@ -100,7 +130,17 @@ def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: boo
         [_row(one) for one in made],
         head=("camera", "views", "rms_px", "worst_px", "focal_px", "centre_px", "position_m"),
     )
+    for line in filter(None, map(judged, made)):
+        render.prose(f"{line}: remove the views that stand out in {picture}, and see that the board is flat and sharp")
     render.text(f"{output}, {picture}; use it with camera.calibration={output}")
+
+
+def judged(one: CalibratedCamera) -> str | None:
+    """Return a line about residuals that are larger than usual, None where they are not."""
+    if one.rms_px <= USUAL_PX:
+        return None
+    how = "poor" if one.rms_px > POOR_PX else "more than usual"
+    return f"{one.model.name}: {one.rms_px:.2f} px is {how}, below {USUAL_PX:g} is usual"
 
 
 def _row(one: CalibratedCamera) -> tuple[str, ...]:

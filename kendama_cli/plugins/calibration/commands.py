@@ -27,16 +27,16 @@ RegionOption = Annotated[
 
 
 def camera_board(
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The picture to print.")] = Path(
-        "board.png"
-    ),
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The picture to print: .pdf or .png.")
+    ] = Path("board.pdf"),
     squares: Squares = "7x5",
     square_mm: SquareMm = 30.0,
     marker_mm: MarkerMm = 22.0,
 ) -> None:
-    """Make a ChArUco board to print: at 300 dpi it has the size that the options say.
+    """Make a ChArUco board to print in the size that the options say: as PDF unscaled, as PNG at 300 dpi.
 
-    Example: kendama camera board -o board.png
+    Example: kendama camera board -o board.pdf
     """
     from kendama_cli.plugins.calibration.boards import board_of, draw_board  # OpenCV
 

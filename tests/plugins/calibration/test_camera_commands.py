@@ -1,12 +1,16 @@
 """kendama camera: a board to print, a calibration from its views, and a check of what cameras see."""
 
 import json
+import re
 
 import cv2
+import matplotlib
 import numpy as np
 import pytest
 import yaml
 
+from kendama_cli.plugins.calibration.boards import judged
+from kendama_cli.plugins.calibration.calibration import CalibratedCamera
 from tests.cli.typed import kendama, refused
 from tests.plugins.calibration.board_views import BOARD, pair, poses, view
 
@@ -31,6 +35,34 @@ def test_a_printed_board_is_found_again_at_its_size(here, capsys):
     picture = cv2.imread("board.png")
     assert picture.shape[1] == pytest.approx((7 * 30 + 30) / 25.4 * 300, abs=8)
     assert picture.shape[0] == pytest.approx((5 * 30 + 30) / 25.4 * 300, abs=8)
+
+
+def test_a_board_as_pdf_has_its_true_size_and_a_line_to_check_it(here, capsys, monkeypatch):
+    """Read in the page's own operators: 72 points an inch."""
+    monkeypatch.setitem(matplotlib.rcParams, "pdf.compression", 0)
+    code, out, _ = kendama(capsys, "camera", "board", "--square-mm", "25", "--marker-mm", "18")
+    assert code == 0
+    assert "check the line with a ruler" in out
+    text, mm = (here / "board.pdf").read_bytes().decode("latin-1"), 72 / 25.4
+    page = [float(one) / mm for one in re.search(r"MediaBox \[([-\d. ]+)\]", text)[1].split()]
+    assert page[2:] == pytest.approx([8 * 25, 6 * 25 + 10], abs=0.05)
+    width, height = re.search(r"([\d.]+) 0 0 -([\d.]+) 0\s+[\d.]+ cm\s+/I1 Do", text).groups()
+    assert (float(width) / mm, float(height) / mm) == pytest.approx((8 * 25, 6 * 25), abs=0.05)
+    ((begin, end),) = re.findall(r"([\d.]+) [\d.]+ m\s+([\d.]+) [\d.]+ l\s+S", text)
+    assert (float(end) - float(begin)) / mm == pytest.approx(100, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("rms_px", "line"),
+    [
+        (0.29, None),
+        (0.4, "left: 0.40 px is more than usual, below 0.3 is usual"),
+        (0.8, "left: 0.80 px is poor, below 0.3 is usual"),
+    ],
+)
+def test_residuals_are_judged(rms_px, line):
+    residuals = np.array([[rms_px, 0.0], [0.0, -rms_px]])
+    assert judged(CalibratedCamera(pair()[0], np.ones(4), (), np.array([rms_px]), (residuals,))) == line
 
 
 def test_calibrate_writes_a_file_that_the_cameras_take_and_a_picture(folders, here, capsys):
