@@ -20,7 +20,6 @@ from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.rail import CompiledRail
 
-MODELS = "identified", "network", "wrong", "world"
 SLACK = 0.1
 """A tension below this fraction of the ball's weight counts as none: no network predicts exactly 0."""
 BEYOND = 0.5

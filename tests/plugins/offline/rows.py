@@ -39,6 +39,7 @@ ROWS = {
 }
 ALWAYS = ("learn/task=hard", "simulation/engine=rail", "fit.seed=97000")
 FIRST, COUNT = 97000, 20
+FEW = 5
 METRICS = ("error_mm", "rollouts_to_solved", "model_caught_rate", "world_caught_rate", "random_success_rate")
 HEAD = ("row", "string_m", "seed", *METRICS)
 TABLE_HEAD = (
@@ -98,8 +99,16 @@ def cells(row: str, string_m: float, lines: Sequence[Mapping[str, Any]]) -> list
 
 
 def _rate(values: Any) -> str:
-    between = rate_interval(values)
+    between = rate_interval(values) if len(values) > FEW else None  # equal values of few seeds would have none
     return f"{values.mean():.3f}" + ("" if between is None else f" [{between[0]:.2f}, {between[1]:.2f}]")
+
+
+def table(lines: Sequence[Mapping[str, Any]]) -> list[list[str]]:
+    """Return the table of docs, its head first."""
+    by_row: dict[tuple[str, float], list[Mapping[str, Any]]] = {}
+    for line in lines:
+        by_row.setdefault((line["row"], line["string_m"]), []).append(line)
+    return [list(TABLE_HEAD), *(cells(*key, one) for key, one in by_row.items())]
 
 
 def write(lines: Sequence[Mapping[str, Any]]) -> None:
@@ -110,13 +119,8 @@ def write(lines: Sequence[Mapping[str, Any]]) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(HEAD)
         writer.writerows([line["row"], *(f"{line[key]:.10g}" for key in HEAD[1:])] for line in kept)
-    by_row: dict[tuple[str, float], list[Mapping[str, Any]]] = {}
-    for line in kept:
-        by_row.setdefault((line["row"], line["string_m"]), []).append(line)
     with (DATA / "offline.csv").open("w", newline="") as file:
-        csv.writer(file, lineterminator="\n").writerows(
-            [TABLE_HEAD, *(cells(*key, one) for key, one in by_row.items())]
-        )
+        csv.writer(file, lineterminator="\n").writerows(table(kept))
 
 
 def main(words: Sequence[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import functools
 from typing import Any
@@ -18,7 +19,8 @@ from kendama_cli.plugins.offline.network import _slopes, trained
 from kendama_cli.plugins.offline.recording import driven, free, smoothed, transitions, world
 from kendama_cli.plugins.offline.stage import Offline
 from kendama_cli.stages.interface import StageResult
-from tests.benchmarks.learning import SilentContext
+from tests.benchmarks.learning import DATA, SilentContext
+from tests.plugins.offline import rows
 
 BRIEF = ["fit.driven_s=20", "fit.free_s=35", "fit.updates=300", "learn.count.evaluation_rollouts=20"]
 
@@ -153,3 +155,16 @@ def test_a_recording_is_as_long_as_asked_and_drives_the_ball():
     swings = driven(own["fit"], own["learn"], game, 10.0, np.random.default_rng(0))
     assert 10.0 <= 0.002 * sum(map(len, swings)) < 14.5
     assert max(np.abs(one[:, 0]).max() for one in swings) > 0.2
+
+
+def test_the_table_of_docs_is_made_of_the_measured_seeds():
+    with (DATA / "offline.csv").open(newline="") as file:
+        assert list(csv.reader(file)) == rows.table(rows.read())
+
+
+@pytest.mark.slow  # the whole fit
+def test_a_seed_measured_anew_gives_the_same():
+    known = min(rows.read(), key=lambda line: (line["rollouts_to_solved"], line["seed"]))
+    (found,) = rows.measured(known["row"], known["string_m"], [int(known["seed"])])
+    for name in rows.METRICS:
+        assert found[name] == pytest.approx(known[name], rel=1e-6), name
