@@ -87,6 +87,8 @@ LONGEST_FIRST = (
     "api/test_api.py",
     "cli/test_wheel.py",
     "plugins/films/test_rolling_shutter.py",
+    "plugins/teleoperation/play/test_browser.py",
+    "plugins/phone/test_live_browser.py",
 )
 """Files of half a minute or so, by their time: begun last, one of them would keep one core busy and the others idle.
 
@@ -111,11 +113,10 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the files that take longest, end with those of real time; the others keep their order."""
+    """Begin with the files that take longest, end with those of real time in the same order; the others keep theirs."""
     place = {Path(__file__).parent / name: i for i, name in enumerate(LONGEST_FIRST)}
-    place.update({item.path: len(place) + 1 for item in items if item.get_closest_marker("realtime")})
-    middle = len(LONGEST_FIRST)
-    items.sort(key=lambda item: place.get(item.path, middle))
+    realtime = {item.path for item in items if item.get_closest_marker("realtime")}
+    items.sort(key=lambda item: (item.path in realtime, place.get(item.path, len(place))))
 
 
 @pytest.hookimpl(wrapper=True)
