@@ -3,9 +3,9 @@
     python .ci/mutants.py --sample 100 --seed 1 [--work FOLDER] [FOLDER ...]
 
 Each mutant is one changed operator, comparison, sign or number in a copy of the tree; the test files that import its
-module run until one fails, which must pass without it. Prints every survivor and the share killed with its 95 %
-interval. With ``--work`` the copy and the results stay there: the same command goes on, another seed adds to them.
-A survivor that changes no result (a tolerance, the order of equal things) is no fault of the tests: look at each.
+module run until one fails, which must pass without it, with bounds of arrays checked. Prints every survivor and the
+share killed with its 95 % interval. With ``--work`` the copy and the results stay there: the same command goes on,
+another seed adds to them. A survivor that changes no result (a tolerance, the order of equal things) is no fault.
 """
 
 from __future__ import annotations
@@ -99,12 +99,12 @@ def tests_of(module: Path) -> list[str]:
 
 def pass_tests(module: Path, work: Path, *options: str) -> bool:
     """Return True if all tests of ``module`` pass in the copy within the time."""
-    tree = work / "kendama"
+    tree, home = str(work / "kendama"), str(work)
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", *options, *tests_of(module)]
-    places = {"PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(work), "KENDAMA_HOME": str(work / "home")}
+    own = {"PYTHONPATH": tree, "NUMBA_CACHE_DIR": home, "KENDAMA_HOME": f"{home}/home", "NUMBA_BOUNDSCHECK": "1"}
     try:
         with (work / "tests.log").open("w") as log:
-            return subprocess.call(command, cwd=tree, env=os.environ | places, stdout=log, timeout=TIMEOUT_S) == 0
+            return subprocess.call(command, cwd=tree, env=os.environ | own, stdout=log, timeout=TIMEOUT_S) == 0
     except subprocess.TimeoutExpired:
         return False
 
