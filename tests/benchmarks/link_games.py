@@ -35,7 +35,7 @@ def policies(folder: Path) -> list[PolicyArtifact]:
     """Learn four tables, or read those of before."""
     file = folder / "policies.pickle"
     if not file.exists():
-        node = nodes(folder)
+        node = nodes(folder / "home")
         learn = Learn(learn=node["learn"], game=node["game"])
         file.write_bytes(pickle.dumps([learn.run({}, MemoryContext(seed)).artifact for seed in range(32000, 32004)]))
     return cast(list[PolicyArtifact], pickle.loads(file.read_bytes()))
@@ -43,7 +43,7 @@ def policies(folder: Path) -> list[PolicyArtifact]:
 
 def seen_by(cameras: str, folder: Path) -> dict[str, Any]:
     """Return the settings with these cameras."""
-    node = nodes(folder, *([] if cameras == "fixed" else ["camera/rig=elbow"]))
+    node = nodes(folder / "home", *([] if cameras == "fixed" else ["camera/rig=elbow"]))
     if cameras == "both":
         forearm = node["camera"].cameras[1]
         beside = dataclasses.replace(forearm, name="forearm_left", position_m=(-0.15, -0.15, 0.0))
