@@ -25,7 +25,7 @@ from kendama_cli.control.camera_observer import CameraObserver
 from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.stages.learn.stage import Learn
-from tests.control.test_arm_games import arm_games, nodes
+from tests.control.arm_games import arm_games, nodes
 from tests.memory_context import MemoryContext
 
 AHEAD_S = (0.1, 0.2)

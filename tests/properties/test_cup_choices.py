@@ -118,6 +118,8 @@ def test_a_camera_sees_the_cup_where_it_was_simulated(cup: str, rig: str, tilt_r
     settings = build(VirtualCamera, plain("camera", "virtual") | plain("camera/rig", rig), "camera")
     at, away = np.array([0.0, 0.0, 0.1]), np.array([0.0, 0.0, -50.0])
     for number, one in enumerate(settings.cameras):
+        if one.link is not None:
+            continue  # tests/devices/camera/test_on_a_link.py
         seen = _image(at, turn, game, rig, number) - _image(away, turn, game, rig, number)
         rows = np.flatnonzero((np.abs(seen).max(axis=2) > 60).sum(axis=1) > 1)
         corners = camera_model(one).project(at + simulated_corners(game.cup) @ turn.T)

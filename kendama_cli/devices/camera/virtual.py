@@ -84,6 +84,8 @@ class VirtualCameraBlock:
         self._offset_s = offset_s
         self._region: Region | None = None
         self._scene, self._clock, self._rng = scene, clock, rng
+        if light is None:
+            _ = self._still  # a picture for the wall that cannot be read is told here, not at the first frame
         self.restart()
 
     def restart(self) -> None:

@@ -65,7 +65,7 @@ def test_a_time_stamp_that_begins_anew_after_32_bits_is_the_next_one(tmp_path: P
     port, first = free_port(), 2**32 - 1500
     settings, times = dataclasses.replace(RSI, port=port), []
     with controller(port, first_ipoc=first) as kuka, open_rsi(settings, six_axes(tmp_path), GAME) as robot:
-        while len(times) < 2000 and not (times and kuka.answers[-1][0] < 100):
+        while len(times) < 2000 and not (kuka.answers and kuka.answers[-1][0] < 100):
             times.append(robot.exchange(STILL).t_s)
         assert robot.late <= kuka.wrong
     asked = [ipoc for ipoc, _ in kuka.answers]
