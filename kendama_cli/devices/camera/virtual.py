@@ -27,12 +27,23 @@ FRAME_STEP = 0xD1342543DE82EF95
 """Odd, so that the keys of noise of a camera's frames all differ."""
 
 
+LightAt = Callable[[float], Callable[[Region], Array]]
+"""Renderer: returns for a time the function that gives the light (h, w, 3) in a region."""
+
+
 def open_virtual(
-    settings: VirtualCamera, models: Sequence[CameraModel], clock: Callable[[], float], scene: SceneSource | None
+    settings: VirtualCamera,
+    models: Sequence[CameraModel],
+    clock: Callable[[], float],
+    scene: SceneSource | None,
+    light: Callable[[CameraModel], LightAt] | None = None,
 ) -> list[VirtualCameraBlock]:
-    """Open rendered cameras, see OpenCameras; raises ConfigError without a ``scene``."""
+    """Open rendered cameras, see OpenCameras; ``light`` renders in the place of the ray caster.
+
+    Raises ConfigError without a ``scene``.
+    """
     if scene is None:
-        raise ConfigError("camera.kind", "'camera.kind' is 'virtual', which shows a simulated scene only")
+        raise ConfigError("camera.kind", f"'camera.kind' is '{settings.kind}', which shows a simulated scene only")
     return [
         VirtualCameraBlock(
             model,
@@ -45,6 +56,7 @@ def open_virtual(
             offset_s=number * settings.stagger_s,
             links=scene.links,
             placed=scene.placed,
+            light=None if light is None else light(model),
         )
         for number, (model, rng) in enumerate(zip(models, scene.rngs, strict=True))
     ]
@@ -54,7 +66,7 @@ class VirtualCameraBlock:
     """A camera that exposes every 1/rate seconds of ``clock`` from time zero on (plus ``offset_s``).
 
     It knows the scene's poses and the sizes of ball and cup, and nothing of how they move. ``light`` renders in the
-    place of the ray caster: it returns for a time the function that gives the light (h, w, 3) in a region.
+    place of the ray caster.
     """
 
     def __init__(
@@ -70,7 +82,7 @@ class VirtualCameraBlock:
         offset_s: float = 0.0,
         links: Sequence[LinkMesh] = (),
         placed: PlaceCamera | None = None,
-        light: Callable[[float], Callable[[Region], Array]] | None = None,
+        light: LightAt | None = None,
     ) -> None:
         sensor = settings.sensor
         self.model = replace(model, readout_s=sensor.rows_s)

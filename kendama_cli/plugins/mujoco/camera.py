@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from kendama_cli.devices.camera.interface import SceneSource
-from kendama_cli.devices.camera.virtual import VirtualCameraBlock
+from kendama_cli.devices.camera.virtual import LightAt, VirtualCameraBlock, open_virtual
 from kendama_cli.errors import ConfigError, MissingPartError
 from kendama_cli.plugins.mujoco.library import mujoco
 from kendama_cli.plugins.mujoco.settings import MujocoCamera
@@ -22,7 +22,7 @@ from kendama_cli.rendering.scene import ScenePose
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.vision.cameras.camera_model import CameraModel, PlaceCamera
+from kendama_cli.vision.cameras.camera_model import CameraModel
 from kendama_cli.vision.cameras.region import Region
 
 MOST_GEOMS = 400
@@ -43,32 +43,18 @@ def open_mujoco_cameras(
             "camera.sensor.shutter",
             f"'camera.sensor.shutter' is '{settings.sensor.shutter}'; MuJoCo renders all rows at once: choose global",
         )
-    made = []
-    for number, (model, rng) in enumerate(zip(models, scene.rngs, strict=True)):
-        drawn = DrawnScene(model, settings, scene.game, scene.lighting)
-        made.append(
-            VirtualCameraBlock(
-                model,
-                settings,
-                scene.game,
-                scene.lighting,
-                scene=scene.scene,
-                clock=clock,
-                rng=rng,
-                offset_s=number * settings.stagger_s,
-                light=functools.partial(_light, drawn, scene.scene, scene.placed),
-            )
-        )
-    return made
+    return open_virtual(settings, models, clock, scene, functools.partial(_rendered, settings, scene))
 
 
-def _light(
-    drawn: DrawnScene, scene: Callable[[float], ScenePose], placed: PlaceCamera | None, t_s: float
-) -> Callable[[Region], Array]:
-    """Return the function that gives the light (h, w, 3) in a region at ``t_s``."""
-    model = drawn.model if drawn.model.link is None or placed is None else placed(drawn.model, t_s)
-    light = drawn.light(model, scene(t_s))
-    return lambda region: np.ascontiguousarray(light[region.top : region.bottom, region.left : region.right])
+def _rendered(settings: MujocoCamera, scene: SceneSource, model: CameraModel) -> LightAt:
+    drawn = DrawnScene(model, settings, scene.game, scene.lighting)
+
+    def light_at(t_s: float) -> Callable[[Region], Array]:
+        here = model if model.link is None or scene.placed is None else scene.placed(model, t_s)
+        light = drawn.light(here, scene.scene(t_s))
+        return lambda region: np.ascontiguousarray(light[region.top : region.bottom, region.left : region.right])
+
+    return light_at
 
 
 class DrawnScene:
