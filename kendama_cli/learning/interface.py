@@ -17,7 +17,19 @@ from kendama_cli.learning.reward import Outcome
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
+from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.schema.arrays import Array
+
+
+class PlayedSwingUp(Protocol):
+    """A swing-up that was played, in simulation or on a robot."""
+
+    @property
+    def duration_s(self) -> float: ...
+    @property
+    def peak_displacement_m(self) -> float: ...
+    @property
+    def half_swings(self) -> int: ...
 
 
 @dataclass(frozen=True)
@@ -29,6 +41,18 @@ class FinishedRollout:
     success: bool
     reward: float
     actions: int
+
+    def message(self, swing: PlayedSwingUp) -> RolloutMessage:
+        """Return the message of this rollout, which ``swing`` played."""
+        return RolloutMessage(
+            index=self.index,
+            explored=self.explored,
+            reward=self.reward,
+            success=self.success,
+            duration_s=swing.duration_s,
+            peak_displacement_m=swing.peak_displacement_m,
+            half_swings=swing.half_swings,
+        )
 
 
 class Actor(Protocol):

@@ -12,7 +12,6 @@ from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.learning.interface import Learner
 from kendama_cli.learning.learners import begin_learner, make_policy
 from kendama_cli.learning.settings import LearnSettings
-from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.plugins.offline.engine import environment_of
 from kendama_cli.plugins.offline.messages import PolicySwingMessage
 from kendama_cli.plugins.offline.recording import late
@@ -72,16 +71,7 @@ class Offline:
             miss_m = None if rollout.catch is None else rollout.catch.miss_m
             finished = learner.end_rollout(rollout.outcome, rollout.final, miss_m)
             simulated_s += rollout.duration_s
-            message = RolloutMessage(
-                index=finished.index,
-                explored=finished.explored,
-                reward=finished.reward,
-                success=finished.success,
-                duration_s=rollout.duration_s,
-                peak_displacement_m=rollout.peak_displacement_m,
-                half_swings=rollout.half_swings,
-            )
-            ctx.log.write("/offline/rollout", simulated_s, message)
+            ctx.log.write("/offline/rollout", simulated_s, finished.message(rollout))
             ctx.progress(finished.index, None, greedy_streak=learner.count.streak)
         return learner
 

@@ -11,7 +11,6 @@ import numpy as np
 from kendama_cli.learning.interface import Learner
 from kendama_cli.learning.learners import begin_learner, joined_state, make_policy, parted_state, resume_learner
 from kendama_cli.learning.settings import LearnSettings
-from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.settings.game import GameSettings
@@ -110,16 +109,7 @@ class Learn:
             miss_m = None if rollout.catch is None else rollout.catch.miss_m
             finished = learner.end_rollout(rollout.outcome, rollout.final, miss_m)
             progress.learned_on(rollout)
-            message = RolloutMessage(
-                index=finished.index,
-                explored=finished.explored,
-                reward=finished.reward,
-                success=finished.success,
-                duration_s=rollout.duration_s,
-                peak_displacement_m=rollout.peak_displacement_m,
-                half_swings=rollout.half_swings,
-            )
-            ctx.log.write("/learn/rollout", progress.simulated_s, message)
+            ctx.log.write("/learn/rollout", progress.simulated_s, finished.message(rollout))
             if finished.index & (finished.index - 1) == 0:  # 1, 2, 4, 8, ...
                 _log_table(learner.table, finished.index, progress, ctx)
             self._checkpoint(learner, progress, ctx)

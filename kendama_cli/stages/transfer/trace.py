@@ -16,7 +16,7 @@ from kendama_cli.control.swing_up import SwingUpRollout
 from kendama_cli.devices.robot.exchange_log import exchange_message
 from kendama_cli.devices.robot.interface import Exchange
 from kendama_cli.learning.interface import FinishedRollout
-from kendama_cli.log.messages import ReplayMessage, RolloutMessage, WrenchMessage
+from kendama_cli.log.messages import ReplayMessage, WrenchMessage
 from kendama_cli.physics.rim_crossing import SampledBody, SampledWays
 from kendama_cli.physics.taut_rope import stretch_m
 from kendama_cli.schema.arrays import Array
@@ -51,16 +51,7 @@ def exchange_messages(timed: Sequence[tuple[float, Exchange]], joint_names: Sequ
 
 def rollout_message(topic: str, swing: SwingUpRollout, finished: FinishedRollout, start_s: float) -> TimedMessage:
     """Return a learning rollout under ``topic``, at its end."""
-    message = RolloutMessage(
-        index=finished.index,
-        explored=finished.explored,
-        reward=finished.reward,
-        success=finished.success,
-        duration_s=swing.duration_s,
-        peak_displacement_m=swing.peak_displacement_m,
-        half_swings=swing.half_swings,
-    )
-    return topic, start_s + swing.duration_s, message
+    return topic, start_s + swing.duration_s, finished.message(swing)
 
 
 def scene_messages(
