@@ -17,8 +17,8 @@ class ServoModel:
 
     with the dead time d, ``dead_time_s``, of all joints, the lags T, ``lag_s``, the compliances s, ``sag_rad_nm``
     [rad/Nm], under the torque tau of the arm's rigid bodies, and the offsets c, ``offset_rad``. ``lag_sigma_s`` is the
-    standard deviation of T. A joint that follows well has T = 0. Of a command that is held for a period,
-    up to t, d is minus half a period.
+    standard deviation of T. A joint that follows well has T = 0. Where a command is held
+    for the period that ends at t, d is minus half a period.
     """
 
     joint_names: tuple[str, ...]

@@ -56,7 +56,7 @@ def fit_servo(arm: RobotModel, sent_rad: Array, measured_rad: Array, period_s: f
     with the dead time d, common to all joints. Least squares find d in whole periods. They shrink T and above all s, as
     the encoders' noise, differentiated, is in the terms (errors in variables). So the rest is found by instrumental
     variables (Reiersol 1945): the same terms of the motion that the commands make of a lag alone, in which no noise is.
-    Of a command that is held for a period d is minus half a period, and d is never less.
+    Where a command is held for the period that ends at t, d is minus half a period; it is never less.
 
     The standard deviation of T counts the residuals' correlation from period to period. A delay within its 95 %
     interval of zero, or below half a control period, is zero; so are sag and offset where they never come to

@@ -26,7 +26,7 @@ from kendama_cli.schema.hints import nearest
 PRINT_DPI, INCH_M = 300, 0.0254
 RULER_ROOM_M = 0.01
 PDF_PIXELS = 80
-"""Of a square: a marker's 8 cells are drawn to a hundredth of a square."""
+"""Size of a drawn square, so that the 8 cells of a marker are right to a hundredth of it."""
 USUAL_PX, POOR_PX = 0.3, 0.6
 """Rms distance of the corners: sharp views of a flat board, with 0.15 px of noise along each axis, leave 0.21 px."""
 

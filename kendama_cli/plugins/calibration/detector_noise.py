@@ -27,7 +27,7 @@ from kendama_cli.vision.settings import ColouredMotion, PredictSettings
 
 FEWEST_FLIGHTS, MOST_FLIGHTS = 5, 30
 FEWEST_DETECTIONS = 12
-"""Of one flight: fewer say nothing about noise beside the six unknowns of the flight."""
+"""A flight with fewer detections says nothing about their noise: six of its numbers are unknown."""
 NOISE_SCALE = (1.0, 1.5)
 """Median and spread (natural log) of the multiple of what a detector states."""
 

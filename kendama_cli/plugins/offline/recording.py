@@ -23,8 +23,8 @@ from kendama_cli.simulation.swingup.rail import CompiledRail, without_rope_mass
 from kendama_cli.simulation.swingup.rollout import RolloutNoise
 
 COLUMNS = 7
-"""Of a recording: the ball's x, z and their rates relative to the tie, the cup's x and velocity, its acceleration in
-the step that led there."""
+"""Columns of a recording: the ball's x, z and their rates relative to the tie, the cup's x and velocity, its
+acceleration in the step that led there."""
 
 
 def strung(game: GameSettings, rope_m: float, drag: tuple[float, float]) -> GameSettings:

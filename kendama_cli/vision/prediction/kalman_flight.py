@@ -41,7 +41,7 @@ class KalmanFlightFit:
         self._covariance = np.zeros((STATES, STATES))
         self._square = 0.0
         self.log_likelihood = 0.0
-        """Of the measurements so far, given those before each; the constant and the depths are left out."""
+        """Log likelihood of all measurements, each given those before it; the constant and the depths are left out."""
         self.reference_s = 0.0
 
     @property

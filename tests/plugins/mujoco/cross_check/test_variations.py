@@ -1,4 +1,4 @@
-"""What the referee can have otherwise than the game: a rope on the ball's surface, spin, a rigid cup, restitution."""
+"""Variations of the game in the cross-check: a rope on the ball's surface, spin, a rigid cup, restitution."""
 
 from __future__ import annotations
 
