@@ -78,7 +78,11 @@ LIGHT = {
 
 def __getattr__(name: str) -> Any:
     if name not in __all__:
-        raise AttributeError(f"module 'kendama_cli' has no attribute '{name}'")
+        from kendama_cli.schema.registry import declared, resolve  # noqa: PLC0415 - parts add functions: learn_on
+
+        if name.startswith("_") or name not in (added := declared("kendama.api")):
+            raise AttributeError(f"module 'kendama_cli' has no attribute '{name}'")
+        return resolve(added[name], f"kendama_cli.{name}")
     import importlib  # noqa: PLC0415 - by name: numpy, pandas and OpenCV come only where the library is used
 
     return getattr(importlib.import_module(LIGHT.get(name, "kendama_cli.api")), name)

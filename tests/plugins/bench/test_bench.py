@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
+import kendama_cli
 from kendama_cli.api import configuration
 from kendama_cli.cli.main import main
 from kendama_cli.errors import ConfigError, StageError
@@ -50,6 +51,12 @@ def test_a_table_gains_where_feedback_is_needed_and_never_ends_the_value_where_t
     assert learned.metrics["frozen_return"] > 0.6 * learned.metrics["replayed_return"]  # both negative
     assert learned.metrics["frozen_return"] == pytest.approx(best, abs=1.5)
     assert learned.policy.low[0] < -1.0 < 1.0 < learned.policy.high[0]
+
+
+def test_the_package_has_the_function_that_the_part_adds():
+    assert kendama_cli.learn_on is learn_on
+    with pytest.raises(AttributeError, match="no attribute 'learn_off'"):
+        kendama_cli.learn_off  # noqa: B018
 
 
 def test_the_same_seed_learns_the_same_and_another_not():
