@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -100,7 +101,7 @@ def sampled_positions(arm: RobotModel) -> Array:
 def _read(path: str) -> Any:
     """Return the specification of the file without keyframes, its shapes meeting nothing."""
     try:
-        spec = mujoco().MjSpec.from_file(path)
+        spec = mujoco().MjSpec.from_file(os.path.abspath(path))  # by a relative one it misses meshes of includes
     except (ValueError, OSError) as error:
         raise InputError(path, f"MuJoCo cannot read it: {_first_line(error)}") from None
     for key in list(spec.keys):  # they have no place for the ball

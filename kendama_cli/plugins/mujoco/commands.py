@@ -42,10 +42,10 @@ def robot_urdf(
     made = arm_urdf(str(model), output.stem)
     write_file(output.absolute(), made.text.encode())
     tree = read_tree(str(output))
-    tip = choose_arm(tree, ()).tip_link
+    tip, _, doubt = choose_arm(tree, ())
     chain = [one for one in tree.chain(tip) if is_free(one, ())]
     joints = [one.get("name", "") for one in chain]
-    render.text(f"{model}: {len(joints)} joints to '{tip}': {', '.join(joints)}")
+    render.text(f"{model}: {len(joints)} {'joint' if len(joints) == 1 else 'joints'} to '{tip}': {', '.join(joints)}")
     if len(speeds) not in (0, 1, len(joints)):
         raise UsageError(f"--speed {speed}: {len(speeds)} values for {len(joints)} joints; give one, or one a joint")
     tops = speeds * (len(joints) if len(speeds) == 1 else 1) or ("?",) * len(joints)
@@ -57,6 +57,7 @@ def robot_urdf(
         "perform",
         "robot=urdf",
         f"robot.path={output}",
+        *([f"robot.tip_link={tip}"] if doubt else []),
         _row("velocity_rad_s", tops),
     ]
     if any((limit := one.find("limit")) is None or limit.get("effort") is None for one in chain):
@@ -64,6 +65,8 @@ def robot_urdf(
     rotors = tuple(made.rotor_inertia_kg_m2[one] for one in joints)
     words += [_row("rotor_inertia_kg_m2", rotors)] if any(rotors) else []
     words += ["-o", f"conf/robot/{output.stem}.yaml"]
+    if doubt:
+        render.note(f"{output}: {doubt}")
     render.note(f"written to {output}; next: {shlex.join(words)}")
 
 

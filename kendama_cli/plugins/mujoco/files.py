@@ -5,6 +5,7 @@ Of the standard library only: a pipeline is planned with it.
 
 from __future__ import annotations
 
+import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -42,12 +43,15 @@ def brought_files(path: Path) -> list[Path]:
     found: set[Path] = set()
     waiting, folders = [path], {path.parent}
     while waiting:
-        root = _read(waiting.pop())
+        current = waiting.pop()
+        folders.add(current.parent)  # an included file's "../meshes" begins there
+        root = _read(current)
         elements = [] if root is None else list(root.iter())
         named = (one.get(key) for one in elements if one.tag == "compiler" for key in FOLDERS)
         folders |= {path.parent / name for name in named if name}
         names = {name for one in elements if one.tag in FILES and (name := one.get("file"))}
-        there = {one for folder in folders for name in names if (one := folder / name).is_file()} - found - {path}
+        paths = {Path(os.path.normpath(folder / name)) for folder in folders for name in names}
+        there = {one for one in paths if one.is_file()} - found - {path}
         found |= there
         waiting += [one for one in there if one.suffix == ".xml"]
     return sorted(found)

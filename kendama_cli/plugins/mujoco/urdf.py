@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
@@ -39,7 +40,7 @@ def arm_urdf(path: str, name: str) -> ArmUrdf:
     model = compiled(path)
     chain = max((_chain(model, body) for body in range(model.nbody)), key=len)
     if not chain:
-        raise InputError(path, "the model has no joint that turns", remedy="name the model of an arm")
+        raise _no_chain(path, model)
     root = ET.Element("robot", {"name": name})
     ET.SubElement(root, "link", {"name": MOUNT})
     tree = int(model.body_rootid[chain[-1]])
@@ -56,9 +57,24 @@ def arm_urdf(path: str, name: str) -> ArmUrdf:
 def compiled(path: str) -> Any:
     """Return the model of the file; raises InputError where MuJoCo cannot build it."""
     try:
-        return mujoco().MjModel.from_xml_path(path)
+        return mujoco().MjModel.from_xml_path(os.path.abspath(path))  # by a relative one it misses meshes of includes
     except (ValueError, OSError) as error:
         raise InputError(path, f"MuJoCo cannot build it: {' '.join(str(error).split())[:200]}") from None
+
+
+def _no_chain(path: str, model: Any) -> InputError:
+    """Return the refusal of a model without a hinge that only hinges carry."""
+    kinds = mujoco().mjtJoint
+    if not (model.jnt_type == int(kinds.mjJNT_HINGE)).any():
+        return InputError(path, "the model has no joint that turns", remedy="name the model of an arm")
+    other = int(np.flatnonzero(model.jnt_type != int(kinds.mjJNT_HINGE))[0])
+    name = model.joint(other).name or other
+    moves = {int(kinds.mjJNT_SLIDE): "slides", int(kinds.mjJNT_FREE): "floats"}.get(int(model.jnt_type[other]), "rolls")
+    return InputError(
+        path,
+        f"joint '{name}' {moves}, and carries all that turn; allowed: hinges on a fixed base",
+        remedy="name a model of the arm alone, or delete that joint in a copy",
+    )
 
 
 def _chain(model: Any, body: int) -> list[int]:
@@ -128,13 +144,23 @@ def _add_limits(model: Any, joint: ET.Element, number: int) -> None:
     limits = {"lower": _text(low), "upper": _text(high)} if np.isfinite([low, high]).all() else {}
     efforts = [float(model.jnt_actfrcrange[number, 1])] if model.jnt_actfrclimited[number] else []
     for actuator in _actuators(model, number):
+        gear = abs(float(model.actuator_gear[actuator, 0]))
         if model.actuator_forcelimited[actuator]:
-            efforts.append(float(model.actuator_forcerange[actuator, 1] * abs(model.actuator_gear[actuator, 0])))
+            efforts.append(gear * float(model.actuator_forcerange[actuator, 1]))
+        if model.actuator_ctrllimited[actuator] and _is_motor(model, actuator):
+            efforts.append(gear * float(model.actuator_gainprm[actuator, 0] * model.actuator_ctrlrange[actuator, 1]))
     limits |= {"effort": _text(min(efforts))} if efforts else {}
     ET.SubElement(joint, "limit", limits)
     moves = int(model.jnt_dofadr[number])
     friction = {"damping": _text(model.dof_damping[moves]), "friction": _text(model.dof_frictionloss[moves])}
     ET.SubElement(joint, "dynamics", friction)
+
+
+def _is_motor(model: Any, actuator: int) -> bool:
+    """Return True if the force of ``actuator`` is its command times a constant."""
+    mj = mujoco()
+    kinds = (int(mj.mjtGain.mjGAIN_FIXED), int(mj.mjtBias.mjBIAS_NONE))
+    return (int(model.actuator_gaintype[actuator]), int(model.actuator_biastype[actuator])) == kinds
 
 
 def _actuators(model: Any, joint: int) -> list[int]:

@@ -12,7 +12,7 @@ import pytest
 mujoco = pytest.importorskip("mujoco", reason="mujoco (the extra 'mujoco') is not installed")
 
 from kendama_cli.errors import InputError  # noqa: E402
-from kendama_cli.plugins.mujoco.files import arm_files  # noqa: E402
+from kendama_cli.plugins.mujoco.files import arm_files, brought_files  # noqa: E402
 from kendama_cli.plugins.mujoco.robot import MujocoRobot  # noqa: E402
 from kendama_cli.plugins.mujoco.urdf import arm_urdf  # noqa: E402
 from kendama_cli.robot_model.composed import link_poses  # noqa: E402
@@ -136,6 +136,60 @@ def test_what_is_no_arm_is_refused(tmp_path: Path) -> None:
     file.write_text("<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>")
     with pytest.raises(InputError, match="the model has no joint that turns; name the model of an arm"):
         arm_urdf(str(file), "ball")
+
+
+@pytest.mark.parametrize(
+    ("joint", "told"),
+    [
+        ("<joint name='rail' type='slide'/>", "joint 'rail' slides, and carries all that turn"),
+        ("<freejoint name='base'/>", "joint 'base' floats, and carries all that turn"),
+    ],
+)
+def test_an_arm_on_a_base_that_moves_is_told_by_its_joint(tmp_path: Path, joint: str, told: str) -> None:
+    file = tmp_path / "cart.xml"
+    shape = "<geom size='.1'/>"
+    arm = f"<body><joint type='hinge'/>{shape}</body>"
+    file.write_text(f"<mujoco><worldbody><body>{joint}{shape}{arm}</body></worldbody></mujoco>")
+    with pytest.raises(InputError, match=f"{told}; allowed: hinges on a fixed base"):
+        arm_urdf(str(file), "cart")
+
+
+def test_of_two_arms_the_first_is_written_into_the_next_command_and_the_other_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    arm = "<body name='{0}1'><joint name='{0}1'/><geom size='.1'/><body name='{0}2' pos='.5 0 0'>"
+    arm += "<joint name='{0}2'/><geom size='.1'/></body></body>"
+    bodies = f"<body name='torso'><geom size='.1'/>{arm.format('left')}{arm.format('right')}</body>"
+    motors = "".join(
+        f"<motor joint='{side}{k}' gear='-50' ctrlrange='-1 1'/>" for side in ("left", "right") for k in (1, 2)
+    )
+    Path("two.xml").write_text(f"<mujoco><worldbody>{bodies}</worldbody><actuator>{motors}</actuator></mujoco>")
+    code, _, err = kendama(capsys, "robot", "urdf", "two.xml", "--speed", "2", "-o", "two.urdf")
+    assert code == 0
+    assert "set robot.tip_link to one of: left2, right2" in err
+    assert "robot.tip_link=left2 'robot.velocity_rad_s=[2,2]' -o" in err  # motors' ranges are limits of effort
+    words = ("robot", "describe", "robot=urdf", "robot.path=two.urdf", "robot.tip_link=left2")
+    assert kendama(capsys, *words, "robot.velocity_rad_s=[2,2]")[0] == 0
+    settings = {**plain("robot", "urdf"), "path": "two.urdf", "tip_link": "left2"}
+    assert describe_arm(build(RobotSettings, settings, "robot")).limits["effort_nm"] == pytest.approx((50.0, 50.0))
+
+
+def test_a_model_by_a_relative_path_brings_the_meshes_of_what_it_includes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "model" / "parts"
+    folder.mkdir(parents=True)
+    corners = "".join(f"v {x} {y} {z}\n" for x, y, z in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)))
+    (tmp_path / "model" / "link.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    (folder / "meshes.xml").write_text("<mujocoinclude><asset><mesh file='../link.obj'/></asset></mujocoinclude>")
+    body = "<body><joint name='a1'/><geom type='mesh' mesh='link'/></body>"
+    (tmp_path / "model" / "arm.xml").write_text(
+        f"<mujoco><include file='parts/meshes.xml'/><compiler meshdir=''/><worldbody>{body}</worldbody></mujoco>"
+    )
+    monkeypatch.chdir(tmp_path)
+    assert "a1" in arm_urdf("model/arm.xml", "arm").rotor_inertia_kg_m2
+    assert [one.name for one in brought_files(Path("model/arm.xml"))] == ["link.obj", "meshes.xml"]
 
 
 def test_where_the_model_reaches_less_than_the_urdf_its_range_counts(tmp_path: Path) -> None:
