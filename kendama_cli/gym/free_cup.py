@@ -16,6 +16,7 @@ import numpy as np
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.gym.picture import PaintedEnv
+from kendama_cli.gym.rollout_options import RolloutOptions, option_dictionary
 from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
 from kendama_cli.gym.swing_up import task
 from kendama_cli.learning.reward import Flight, Goal
@@ -63,7 +64,7 @@ class FreeCup(PaintedEnv[Observation]):
                 "hold_s", f"'hold_s' is {hold_s}; allowed: from learn.step_s, {step_s}, to {self.longest_s}"
             )
         self._hold, self._at_most = round(hold_s / step_s), round(self.longest_s / step_s)
-        self._rail, self._mouth_m = CompiledRail(self._game, step_s), mouth_m(self._game)
+        self._rail, self._played = CompiledRail(self._game, step_s), self._game
         self._limiter: BrakingLimiter = catch_limiter(self.settings)
         workspace, rope_m = self.settings.workspace, self._game.rope.length_m
         reach, fast = np.array([2.0 * workspace.half_width_m, 2.0 * workspace.max_speed_m_s]), 20.0
@@ -77,10 +78,12 @@ class FreeCup(PaintedEnv[Observation]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin anew; the same ``seed`` begins the same rollouts. There are no ``options``."""
+        """Begin anew; the same ``seed`` begins the same rollouts. The one option is SwingUp's ``cup``."""
         super().reset(seed=seed)
-        if options:
-            raise ConfigError("options", f"options {sorted(options)} are unknown; allowed: none")
+        if unknown := sorted({*option_dictionary(options)} - {"cup"}):
+            raise ConfigError("options", f"options {unknown} are unknown; allowed: cup")
+        self._painter.game = self._played = RolloutOptions.of(options).game(self._game)
+        self._rail = CompiledRail(self._played, self.settings.step_s)
         self._rail.start(self._drawn(self.np_random))
         self._taken, self._over = 0, False
         self._show()
@@ -111,7 +114,7 @@ class FreeCup(PaintedEnv[Observation]):
         rail, workspace = self._rail, self.settings.workspace
         miss_m, edge_m = abs(rail.across_m), workspace.half_width_m if workspace.kind == "terminate" else math.inf
         over_m = rail.above_m - self._game.cup.rim_m
-        limits = {"mouth_m": self._mouth_m, "edge_m": edge_m, "step_s": self.settings.step_s}
+        limits = {"mouth_m": mouth_m(self._played), "edge_m": edge_m, "step_s": self.settings.step_s}
         caught = falls_in(rail.x_m, rail.across_m, over_m, rail.above_m_s, **limits)
         self._over = True
         self._show()
@@ -136,8 +139,8 @@ class Catch(FreeCup):
 
     def _drawn(self, rng: np.random.Generator) -> SwingState:
         goal, workspace = self.settings.goal, self.settings.workspace
-        flight = Flight.of(self._game)
-        window, rope = Goal(goal, flight), TautRope.of(self._game)
+        flight = Flight.of(self._played)
+        window, rope = Goal(goal, flight), TautRope.of(self._played)
         for _ in range(MOST_DRAWS):
             side, share_x, share_v = rng.choice([-1.0, 1.0]), *rng.uniform(-0.8, 0.8, 2)
             angle = math.radians(rng.uniform(goal.angle_deg - goal.tolerance_deg, goal.angle_deg + goal.tolerance_deg))

@@ -27,7 +27,7 @@ class Painter:
     """Painter of the game, in a window if that is asked for (``render_mode="human"``)."""
 
     def __init__(self, game: GameSettings, half_width_m: float) -> None:
-        self._game, self._half_width_m = game, half_width_m
+        self.game, self._half_width_m = game, half_width_m
         self._window: Any = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -36,7 +36,7 @@ class Painter:
 
     def paint(self, x_m: float, across_m: float, above_m: float) -> Picture:
         """Return the picture (480, 640, 3), RGB, of a cup at ``x_m`` with the ball so far from its tie point."""
-        cup, picture = self._game.cup, np.full((HEIGHT_PX, WIDTH_PX, 3), GROUND, np.uint8)
+        cup, picture = self.game.cup, np.full((HEIGHT_PX, WIDTH_PX, 3), GROUND, np.uint8)
         for edge in (-self._half_width_m, self._half_width_m):
             cv2.line(picture, self._at(edge, -0.5), self._at(edge, 0.5), LINE, 1, cv2.LINE_AA, _FINE)
         cv2.line(picture, self._at(-1.0, 0.0), self._at(1.0, 0.0), LINE, 1, cv2.LINE_AA, _FINE)
@@ -49,7 +49,7 @@ class Painter:
         out, up, floor = cup.outer_radius_m, cup.rim_m, cup.rim_m - cup.depth_m
         wall = [self._at(x_m + x, z) for x, z in ((-out, up), (-out, floor), (out, floor), (out, up))]
         cv2.polylines(picture, [np.array(wall)], False, CUP, 4, cv2.LINE_AA, _FINE)
-        radius = round(self._game.ball.radius_m * PX_PER_M * 2**_FINE)
+        radius = round(self.game.ball.radius_m * PX_PER_M * 2**_FINE)
         cv2.circle(picture, ball, radius, BALL, -1, cv2.LINE_AA, _FINE)
         return picture
 

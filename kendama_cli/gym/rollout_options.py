@@ -29,12 +29,14 @@ ALLOWED = {
     "delay_s": (0.0, 0.1),
 }
 """What a body may be asked for: factors, degrees, seconds."""
+CUP = 0.5, 4.0
+"""What may be asked for of a cup: factors on its radius."""
 
 
 @dataclass(frozen=True)
 class RolloutOptions:
-    """``noise``: a factor on ``learn.noise``. ``body``: this one, instead of one that is sampled from
-    ``learn.randomisation``.
+    """``noise`` and ``cup``: factors on ``learn.noise`` and ``game.cup.radius_m``. ``body``: this one, instead of one
+    that is sampled from ``learn.randomisation``.
 
     A body is given by the factors ``rope``, ``drag`` and ``acceleration``, by ``angle_deg``, by which its angle is
     read with an error, and ``delay_s``, after which an action takes effect; what is left out is as in the model.
@@ -42,6 +44,7 @@ class RolloutOptions:
 
     noise: float = 1.0
     body: Mapping[str, float] | None = None
+    cup: float = 1.0
 
     @classmethod
     def of(cls, options: Mapping[str, Any] | None, *others: str) -> RolloutOptions:
@@ -51,11 +54,11 @@ class RolloutOptions:
         """
         given = {name: value for name, value in option_dictionary(options).items() if name not in others}
         for name in given:
-            if name not in ("noise", "body"):
-                raise ConfigError(name, f"option '{name}' is unknown; allowed: {', '.join((*others, 'noise', 'body'))}")
-        noise = _number("noise", given.get("noise", 1.0), 0.0, 100.0)
+            if name not in (known := ("noise", "body", "cup")):
+                raise ConfigError(name, f"option '{name}' is unknown; allowed: {', '.join((*others, *known))}")
+        noise, cup = _number("noise", given.get("noise", 1.0), 0.0, 100.0), _number("cup", given.get("cup", 1.0), *CUP)
         if given.get("body") is None:
-            return cls(noise)
+            return cls(noise, cup=cup)
         if not isinstance(given["body"], Mapping):
             raise ConfigError(
                 "body", f"option 'body' is {given['body']!r}; allowed: a dictionary of {', '.join(ALLOWED)}"
@@ -65,7 +68,11 @@ class RolloutOptions:
             if name not in ALLOWED:
                 raise ConfigError(f"body.{name}", f"option 'body.{name}' is unknown; allowed: {', '.join(ALLOWED)}")
             body[name] = _number(f"body.{name}", value, *ALLOWED[name])
-        return cls(noise, body)
+        return cls(noise, body, cup)
+
+    def game(self, game: GameSettings) -> GameSettings:
+        """Return ``game`` with the cup of the options."""
+        return dataclasses.replace(game, cup=dataclasses.replace(game.cup, radius_m=self.cup * game.cup.radius_m))
 
     def drawn(self, settings: LearnSettings, rng: np.random.Generator) -> RolloutNoise:
         """Draw one rollout's noise."""
@@ -88,7 +95,7 @@ class RolloutOptions:
 def option_dictionary(options: Any) -> Mapping[str, Any]:
     """Return the options of ``reset``; raises ConfigError where they are no dictionary."""
     if options is not None and not isinstance(options, Mapping):
-        raise ConfigError("options", f"'options' is {options!r}; allowed: a dictionary of noise and body, or None")
+        raise ConfigError("options", f"'options' is {options!r}; allowed: a dictionary of noise, body, cup, or None")
     return options or {}
 
 
@@ -119,8 +126,12 @@ class RolloutUnderWay:
         """Return True if a rollout has begun and not ended."""
         return self._rolling is not None
 
-    def begin(self, noise: RolloutNoise, goal: GoalSettings | None = None) -> tuple[SwingState, float]:
-        """Return the first reading and its time [s]; ``goal`` takes the place of the settings'."""
+    def begin(
+        self, noise: RolloutNoise, game: GameSettings, goal: GoalSettings | None = None
+    ) -> tuple[SwingState, float]:
+        """Return the first reading and its time [s] in ``game``; ``goal`` takes the place of the settings'."""
+        if game != self._game:
+            self._game, self._environment = game, SwingUpEnvironment(self._settings, game)
         self._noise, self._goal, self._answers = noise, goal, []
         environment = self._environment if goal is None else self._environment.aimed(goal)
         self._rolling = environment.rolling(noise)
@@ -156,7 +167,7 @@ class RolloutUnderWay:
         vars(self).update(vars(RolloutUnderWay(state["_settings"], state["_game"])))
         if noise is None:
             return
-        self.begin(noise, state["_goal"])
+        self.begin(noise, self._game, state["_goal"])
         for one in answers:
             try:
                 self.answer(*one)

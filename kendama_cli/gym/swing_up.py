@@ -111,13 +111,13 @@ class SwingUp(PaintedEnv[Observation]):
 
         Raises ConfigError for what is not allowed.
         """
-        self.settings, game = task(overrides)
-        super().__init__(game, self.settings.workspace.half_width_m, render_mode)
-        self._rollout = RolloutUnderWay(self.settings, game)
+        self.settings, self._game = task(overrides)
+        super().__init__(self._game, self.settings.workspace.half_width_m, render_mode)
+        self._rollout = RolloutUnderWay(self.settings, self._game)
         self._hold_s = held(self.settings, hold_s)
         self._observed = Observed.swing(self.settings, normalised=normalised)
         self._accelerations = Accelerations(self.settings, actions)
-        self._shaping = Shaping(shaping, gamma, game)
+        self._shaping = Shaping(shaping, gamma, self._game)
         self.observation_space = self._observed.box
         self.action_space = self._accelerations.space
         self._reading, self._t_s = SwingState(0.0, 0.0, 0.0, 0.0), 0.0
@@ -127,8 +127,10 @@ class SwingUp(PaintedEnv[Observation]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Hang the ball, but for the noise of ``learn.noise``; the same ``seed`` begins the same rollouts."""
         super().reset(seed=seed)
-        sampled = RolloutOptions.of(options).drawn(self.settings, self.np_random)
-        self._reading, self._t_s = self._rollout.begin(sampled)
+        chosen = RolloutOptions.of(options)
+        self._painter.game = chosen.game(self._game)
+        sampled = chosen.drawn(self.settings, self.np_random)
+        self._reading, self._t_s = self._rollout.begin(sampled, self._painter.game)
         self._show()
         return self._observation(), {"is_success": False}
 

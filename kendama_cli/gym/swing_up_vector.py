@@ -34,7 +34,7 @@ class RailRollouts:
         """Prepare n rollouts whose actions are held for ``hold_s``; raises ConfigError where a body's delay is
         longer.
         """
-        self._n, self._settings, self._game = n, settings, game
+        self._n, self._settings, self._given, self._game = n, settings, game, game
         self._hold, self._at_most = round(hold_s / settings.step_s), max(1, round(settings.rollout_s / settings.step_s))
         rules = Rules.of(settings, game)
         self._rules = np.repeat(rules.packed()[0], n)
@@ -43,7 +43,7 @@ class RailRollouts:
         self._taken, self._delays = np.zeros(n, np.int64), np.zeros(n, np.int64)
         self.ends, self.misses_m = np.full(n, kernel.TIMEOUT), np.zeros(n)
         self._errors = np.zeros((3, n, -(-self._at_most // self._hold)))
-        self._scales = [(1.0, 1.0, 1.0)] * n
+        self._scales: list[tuple[float, ...]] = [(1.0, 1.0, 1.0)] * n
         self._rail, self._on = CompiledRail(game, settings.step_s), (1.0, 1.0)
         self._check_delay(settings.randomisation.delay_s)
 
@@ -85,6 +85,9 @@ class RailRollouts:
         """Hang the balls of ``which``, each with what its own of the generators (n,) draws: that of SwingUp."""
         if options.body is not None:
             self._check_delay(options.body.get("delay_s", 0.0))
+        if (game := options.game(self._given)) != self._game:  # the options of a reset are those of all
+            self._game, self._scales, self._on = game, [()] * self._n, (1.0, 1.0)
+            self._rail = CompiledRail(game, self._settings.step_s)
         self._before[which], self._tallies[which], self._taken[which] = (0.0, 1.0), 0.0, 0
         self.ends[which], self.misses_m[which] = kernel.DUE, math.nan
         for i in which.tolist():

@@ -59,7 +59,7 @@ def test_a_copy_before_reset_and_after_the_end_waits_for_reset():
 @pytest.mark.parametrize("name", [SWING_UP, GOAL])
 def test_options_that_are_no_dictionary_are_refused(name):
     environment = gymnasium.make(name, overrides=[RAIL]).unwrapped
-    with pytest.raises(ConfigError, match=r"'options' is 5; allowed: a dictionary of noise and body, or None"):
+    with pytest.raises(ConfigError, match=r"'options' is 5; allowed: a dictionary of noise, body, cup, or None"):
         environment.reset(options=5)
 
 

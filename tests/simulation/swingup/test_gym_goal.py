@@ -113,5 +113,5 @@ def test_a_goal_that_is_none_is_refused_in_one_line(env):
         env.reset(options={"goal": (4.0, 1.0)})
     with pytest.raises(ConfigError, match=r"option 'goal' is 'up'; allowed: angle above 0 to pi"):
         env.reset(options={"goal": "up"})
-    with pytest.raises(ConfigError, match=r"option 'goals' is unknown; allowed: goal, noise, body"):
+    with pytest.raises(ConfigError, match=r"option 'goals' is unknown; allowed: goal, noise, body, cup"):
         env.reset(options={"goals": (1.0, 1.0)})

@@ -116,7 +116,8 @@ def test_a_longer_rope_a_denser_air_and_a_delay_act_as_in_the_single_environment
         (lambda: SwingUpVector(2, ["simulation/engine=dart"]), "simulation/engine=rail"),
         (lambda: SwingUpVector(2, actions="both"), "'actions' is 'both'; allowed: discrete, continuous"),
         (lambda: SwingUpVector(2, hold_s=1e-4), "'hold_s' is 0.0001; allowed: from learn.step_s"),
-        (lambda: SwingUpVector(2).reset(options={"sound": 1}), "option 'sound' is unknown; allowed: noise, body"),
+        (lambda: SwingUpVector(2).reset(options={"sound": 1}), "option 'sound' is unknown; allowed: noise, body, cup"),
+        (lambda: SwingUpVector(2).reset(options={"cup": 9}), "option 'cup' is 9; allowed: 0.5 to 4"),
         (
             lambda: SwingUpVector(2).reset(options={"body": {"rope": 3.0}}),
             "option 'body.rope' is 3.0; allowed: 0.5 to 2",
