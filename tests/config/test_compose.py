@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,8 @@ from kendama_cli.config.sweep import composed_each, expand_sweep
 from kendama_cli.errors import ConfigError
 from kendama_cli.pipeline import command_cache
 from kendama_cli.pipeline.nodes import build_settings
+
+CONF = bundled_root() / "conf"
 
 
 @pytest.fixture
@@ -47,6 +50,18 @@ def test_the_shipped_configurations_references_are_followed_in_a_sweep(site: Sit
     made = list(composed_each(site, combinations))
     assert made == [composed(site, texts) for texts in combinations]
     assert [one["adapt"]["line"]["half_width_m"] for one in made] == [0.3, 0.3, 0.31, 0.31]
+
+
+def test_a_wrong_value_is_told_by_the_key_that_has_it(site: Site) -> None:
+    for key, value in (("transfer.thorough", "perhaps"), ("predict.onset.min_frames", "none")):
+        with pytest.raises(ConfigError) as caught:
+            build_settings(composed(site, [f"{key}={value}"]))
+        assert caught.value.key == key
+    order = [name.partition("/")[0] for one in OmegaConf.load(CONF / "config.yaml").defaults for name in one]
+    for file in CONF.rglob("*.yaml"):
+        for source in re.findall(r"\$\{(\w+)", file.read_text()):
+            taker = file.relative_to(CONF).parts[0]
+            assert order.index(source) <= order.index(taker), f"{file}: {source} is checked after {taker}"
 
 
 def test_references_that_are_not_plain_may_mean_anything(site: Site, tmp_path: Path) -> None:
