@@ -25,6 +25,7 @@ from kendama_cli.cli.setup import setup_app
 from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
+from kendama_cli.schema.units import count_of
 
 if TYPE_CHECKING:
     from kendama_cli.pipeline.command_cache import CommandKey
@@ -204,7 +205,7 @@ def report(
     from kendama_cli.pipeline.report_export import export_report  # matplotlib
 
     files = export_report(records, export, folder, width_mm)
-    render.text(f"{export}: {len(files)} files")
+    render.text(f"{export}: {count_of(len(files), 'file')}")
 
 
 def _make_video(records: list[dict[str, Any]], path: Path) -> None:
@@ -213,7 +214,7 @@ def _make_video(records: list[dict[str, Any]], path: Path) -> None:
 
     with counted(path.name, "images") as progress:
         count = video_of_run(records, path, progress)
-    render.text(f"{path}: {count} images")
+    render.text(f"{path}: {count_of(count, 'image')}")
 
 
 @app.command()

@@ -7,6 +7,7 @@ from pathlib import Path
 from kendama_cli.cli import render
 from kendama_cli.config.migrate import migrate_file
 from kendama_cli.config.site import Site
+from kendama_cli.schema.units import count_of
 
 
 def migrate_settings(site: Site, path: Path) -> None:
@@ -14,4 +15,6 @@ def migrate_settings(site: Site, path: Path) -> None:
     changed = migrate_file(site, path)
     for old, new in dict.fromkeys(changed):
         render.text(f"{old} -> {new}")
-    render.text(f"{path}: {len(changed)} names rewritten" if changed else f"{path}: it has no name that changed")
+    render.text(
+        f"{path}: {count_of(len(changed), 'name')} rewritten" if changed else f"{path}: it has no name that changed"
+    )

@@ -14,6 +14,7 @@ from kendama_cli.errors import InputError
 from kendama_cli.robot_model.arm_choice import choose_arm, is_free, is_stuck
 from kendama_cli.robot_model.limit_doubts import doubts_of
 from kendama_cli.robot_model.urdf_tree import INERTIA, PRINCIPAL, UrdfTree, end, masses_of, named, number, read_tree
+from kendama_cli.schema.units import count_of
 from kendama_cli.settings.robot import PER_JOINT, RobotSettings
 
 UNLIMITED_RAD = 1e3
@@ -70,8 +71,7 @@ class Description:
 
     def lines(self) -> list[str]:
         """Return the chosen joints and tip, and the assumptions and doubts, a line each."""
-        count = len(self.joints)
-        chosen = f"{count} joint{'s' if count > 1 else ''} from '{self.tree.root}' to '{self.tip_link}': "
+        chosen = f"{count_of(len(self.joints), 'joint')} from '{self.tree.root}' to '{self.tip_link}': "
         return [chosen + named(self.joints), *self.assumed, *self.doubtful]
 
 
@@ -192,27 +192,24 @@ def _limits(
         given = getattr(robot, key)
         sources[key] = f"the file's <limit {word}>" if given is None else f"robot.{key}"
         limits[key] = tuple(_of_file(joint, key) for joint in joints) if given is None else given
-    missing = []
+    missing, each = [], count_of(len(joints), "number")
     for key in ("velocity_rad_s", "effort_nm"):
         lacking = [joint for joint, value in zip(joints, limits[key], strict=False) if not value > 0]
         if lacking:
             zero = any(number(_limit(joint, LIMITS[key])) == 0 for joint in lacking)
             meant = " (0 stands for not known)" if zero else ""
             missing.append(
-                f"gives no {LIMITS[key]} limit{meant} for {_count(lacking)}: {named(lacking)}; give it beside the "
-                f"file: robot.{key}=[...] with {_count(joints, 'number')} [{UNITS[key]}], from base to tip"
+                f"gives no {LIMITS[key]} limit{meant} for {count_of(len(lacking), 'joint')}: {named(lacking)}; give it "
+                f"beside the file: robot.{key}=[...] with {each} [{UNITS[key]}], from base to tip"
             )
     pairs = zip(joints, limits["lower_rad"], limits["upper_rad"], strict=False)
     if empty := [joint for joint, lower, upper in pairs if not lower < upper]:
         missing.append(
-            f"has a lower limit that is not below its upper one for {_count(empty)}: {named(empty)}; give both beside "
-            f"the file: robot.lower_rad=[...] and robot.upper_rad=[...] with {_count(joints, 'number')} [rad]"
+            f"has a lower limit that is not below its upper one for {count_of(len(empty), 'joint')}: "
+            f"{named(empty)}; give both beside the file: robot.lower_rad=[...] and robot.upper_rad=[...] with {each} "
+            "[rad]"
         )
     return limits, sources, missing
-
-
-def _count(joints: Collection[ET.Element], what: str = "joint") -> str:
-    return f"{len(joints)} {what}{'s' if len(joints) > 1 else ''}"
 
 
 def _limit(joint: ET.Element, word: str) -> str | None:

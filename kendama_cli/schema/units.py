@@ -1,4 +1,4 @@
-"""Units of length and time, as settings name them and as programs write them, and the length of a unit quaternion."""
+"""Units of length and time, as settings and programs write them, counts in words, and a unit quaternion's length."""
 
 from __future__ import annotations
 
@@ -22,6 +22,11 @@ _TIMES: Mapping[str, TimeUnit] = {
     "\N{GREEK SMALL LETTER MU}s": "us",
 }
 """Units by how their written names begin."""
+
+
+def count_of(number: int, what: str) -> str:
+    """Return ``number`` and ``what`` it counts, plural but for one: ``1 file``, ``2 files``."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def length_unit(word: str) -> LengthUnit | None:

@@ -17,7 +17,7 @@ from kendama_cli.devices.recordings.text_table import JUDGED, Row, exact_seconds
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.hints import nearest
-from kendama_cli.schema.units import METRES, SECONDS, length_unit, time_unit
+from kendama_cli.schema.units import METRES, SECONDS, count_of, length_unit, time_unit
 
 ORIGIN = re.compile(r"^#\s*(?:origin\s*[:=]\s*([a-z]{1,20})|(synthetic))\b", re.IGNORECASE | re.MULTILINE)
 """The line of a head that says who or what made the swing."""
@@ -218,7 +218,7 @@ def _numbers(path: str, rows: Rows, key: str, column: int | str, settings: FileC
         if index >= len(row.cells):
             raise InputError(
                 path,
-                f"missing: the row has {len(row.cells)} cell{'s' if len(row.cells) != 1 else ''}",
+                f"missing: the row has {count_of(len(row.cells), 'cell')}",
                 where=where,
                 remedy=f"look at {key} and capture.delimiter",
             )

@@ -15,6 +15,7 @@ from kendama_cli.devices.demonstrator.recording import MIN_SAMPLES, Recording
 from kendama_cli.motion.dmp.onset import SmoothSpeed
 from kendama_cli.motion.sampling import step_s
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.units import count_of
 
 HARMLESS_FRACTION = 0.05
 """Stamps that stray from a steady rate by less of its period are left as they are."""
@@ -54,7 +55,7 @@ def _rows_once(recording: Recording) -> Recording:
     first = np.sort(np.unique(whole.view(f"V{table.dtype.itemsize * table.shape[1]}"), return_index=True)[1])
     if (repeats := len(table) - len(first)) == 0 or len(np.unique(recording.t_s)) < len(first):
         return recording
-    return _told(recording.rows(first), f"{repeats} rows repeat an earlier one to the digit and are used once")
+    return _told(recording.rows(first), f"used once: {count_of(repeats, 'row')} like an earlier one to the digit")
 
 
 def _held_once(recording: Recording) -> Recording:

@@ -14,6 +14,7 @@ from kendama_cli.plugins.calibration.board import Board
 from kendama_cli.plugins.calibration.calibration import CalibratedCamera
 from kendama_cli.rendering.pictures import GREEN, RED, draw_line, pixel_of, side_by_side, write_text
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.units import count_of
 
 ENLARGED = 50
 """Residuals are drawn so many times longer than they are."""
@@ -75,7 +76,9 @@ def calibration_picture(
                 draw_line(panel, seen, seen + ENLARGED * left, RED)
                 cv2.circle(panel, pixel_of(seen), 2, GREEN, -1, cv2.LINE_AA)
         worst = int(np.argmax(camera.errors_px))
-        write_text(panel, f"{camera.model.name}: rms {camera.rms_px:.3f} px in {len(camera.views)} views", 0)
+        write_text(
+            panel, f"{camera.model.name}: rms {camera.rms_px:.3f} px in {count_of(len(camera.views), 'view')}", 0
+        )
         write_text(panel, f"worst view {camera.views[worst].name}: {camera.errors_px[worst]:.3f} px", 1)
         write_text(panel, f"red: residuals x {ENLARGED}", 2)
         panels.append(panel)

@@ -12,6 +12,7 @@ import typer
 from kendama_cli.cli import render
 from kendama_cli.cli.options import Json
 from kendama_cli.errors import InputError, UsageError
+from kendama_cli.schema.units import count_of
 
 if TYPE_CHECKING:
     from kendama_cli.plugins.calibration.flight_search import RecordedFlight
@@ -69,7 +70,9 @@ def log_predict(
     if not model["calibrated_on"]:
         whence = "nothing, for want of other flights"
     what = str(files[0]) if len(files) == 1 else f"{len(files)} files"
-    render.prose(f"{what}: {len(flights)} flights; gravity, drag and wobble from {whence}: {render.figures(model)}")
+    render.prose(
+        f"{what}: {count_of(len(flights), 'flight')}; gravity, drag and wobble from {whence}: {render.figures(model)}"
+    )
     rows = [document[str(seen)] for seen in SEEN]
     render.table([[render.figure(value) for value in row.values()] for row in rows], head=list(rows[0]))
 
@@ -146,7 +149,7 @@ def _learn_noise(paths: Sequence[Path], *, as_json: bool) -> None:
     settings = " ".join(
         f"predict.motion.{name}={render.figure(value)}" for name, value in vars(motion).items() if name != "kind"
     )
-    render.prose(f"the detector's noise along {len(flights)} flights:")
+    render.prose(f"the detector's noise along {count_of(len(flights), 'flight')}:")
     render.text(f"predict/motion=coloured {settings}")
 
 

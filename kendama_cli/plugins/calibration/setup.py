@@ -30,6 +30,7 @@ from kendama_cli.plugins.calibration.hand_poses import matching, read_hand_poses
 from kendama_cli.plugins.calibration.latency import Blinks, measure_delay
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.units import count_of
 from kendama_cli.settings.camera import CameraModelSettings
 from kendama_cli.settings.setup import SIGMAS_95, MeasuredNumber, PlacedCamera
 from kendama_cli.vision.cameras.camera_model import CameraModel
@@ -71,7 +72,7 @@ def record_brightness(site: Site, overrides: Sequence[str], output: Path, second
     rows.writerow(("t_s", "brightness"))
     rows.writerows((f"{t_s:.6f}", f"{level:.3f}") for t_s, level in zip(seen.stamp_s, seen.level, strict=True))
     write_output(output, text.getvalue().encode())
-    render.text(f"{output}: {len(seen.level)} images; then 'kendama camera latency {output} blinks.csv'")
+    render.text(f"{output}: {count_of(len(seen.level), 'image')}; then 'kendama camera latency {output} blinks.csv'")
 
 
 def measure_latency(

@@ -9,6 +9,7 @@ from kendama_cli.cli import render
 from kendama_cli.cli.options import ConfigDir, Home, Json
 from kendama_cli.cli.shared_store import RemotePlace, show_damage, store_settings
 from kendama_cli.config.site import Site, find_site
+from kendama_cli.schema.units import count_of
 
 if TYPE_CHECKING:
     from kendama_cli.plugins.cluster.blob import Remote
@@ -28,7 +29,7 @@ def push(remote: RemotePlace = None, as_json: Json = False, home: Home = None, c
     if as_json:
         render.document({"results": count, "new": new})
     else:
-        render.text(f"{count} results, {new} of them new in {shared.place}")
+        render.text(f"{count_of(count, 'result')}, {new} of them new in {shared.place}")
 
 
 def pull(remote: RemotePlace = None, as_json: Json = False, home: Home = None, config_dir: ConfigDir = None) -> int:

@@ -19,6 +19,7 @@ from typing import Any
 
 from kendama_cli.errors import ClusterError, MissingPartError, install_line
 from kendama_cli.plugins.cluster.settings import SlurmExecutor
+from kendama_cli.schema.units import count_of
 from kendama_cli.store import durable
 
 try:
@@ -129,7 +130,7 @@ def watched_jobs(
                 return
 
     thread = threading.Thread(target=look_on, daemon=True)
-    tell(f"Slurm has been asked for {_jobs(executor.jobs)}; stages wait for the first")
+    tell(f"Slurm has been asked for {count_of(executor.jobs, 'job')}; stages wait for the first")
     thread.start()
     try:
         yield
@@ -175,7 +176,9 @@ class Watch:
         if self._waits and time.monotonic() - self._began_s > self._patience:
             self._waits = False
             states = ", ".join(f"{job} {waiting[job]}" for job in sorted(submitted.values()) if job in waiting)
-            self._tell(f"after {self._patience:g} s none of {_jobs(self._jobs)} has begun ({states}); stages wait on")
+            self._tell(
+                f"after {self._patience:g} s none of {count_of(self._jobs, 'job')} has begun ({states}); stages wait on"
+            )
         return True
 
     def _why(self, job: str) -> str:
@@ -207,10 +210,6 @@ def _slurm(*command: str) -> tuple[int, str]:
     except (OSError, subprocess.TimeoutExpired) as error:
         return 1, str(error)
     return done.returncode, done.stdout + done.stderr
-
-
-def _jobs(count: int) -> str:
-    return "1 job" if count == 1 else f"{count} jobs"
 
 
 def _refused(message: str) -> ClusterError:

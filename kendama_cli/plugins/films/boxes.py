@@ -12,6 +12,7 @@ from kendama_cli.devices.camera.video import read_image
 from kendama_cli.devices.camera.views import IMAGES
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
+from kendama_cli.schema.units import count_of
 
 LAYOUT = (
     "boxes are YOLO text files (class, centre and size over the image's width and height) in labels/ beside images/"
@@ -98,7 +99,10 @@ def _box(label: str, number: int, line: str) -> tuple[float, float, float, float
     where, cells = f"line {number}", line.split()
     if len(cells) != COLUMNS:
         raise InputError(
-            label, f"'{line[:60]}' has {len(cells)} columns in place of {COLUMNS}", where=where, remedy=LAYOUT
+            label,
+            f"'{line[:60]}' has {count_of(len(cells), 'column')} in place of {COLUMNS}",
+            where=where,
+            remedy=LAYOUT,
         )
     try:
         _, u, v, width, height = (float(cell) for cell in cells)

@@ -11,6 +11,7 @@ import numpy as np
 from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.errors import InputError
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.units import count_of
 from kendama_cli.vision.detection.interface import Image
 
 MOST = 240
@@ -42,7 +43,9 @@ def film_stills(film: VideoFile, also: Collection[int] = ()) -> Stills:
     """
     frames = film.count()
     if frames < 3:
-        raise InputError(str(film.path), f"it has {frames} frames", remedy="give a film in which the ball moves")
+        raise InputError(
+            str(film.path), f"it has {count_of(frames, 'frame')}", remedy="give a film in which the ball moves"
+        )
     every = -(-frames // MOST)
     jpeg: dict[int, bytes] = {}
     small: list[Array] = []

@@ -15,6 +15,7 @@ from kendama_cli.devices.streams.live_figures import LiveFigures, Tell
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.plugins.marker.films import FEWEST_SEEN, films_of
 from kendama_cli.plugins.marker.settings import MarkerLiveCapture
+from kendama_cli.schema.units import count_of
 
 SLOW_SHARE = 0.9
 """A camera that gives fewer of the frames that it says has wrong times: it is slow in the dark, say."""
@@ -55,7 +56,8 @@ def _recorded(settings: MarkerLiveCapture, tell: Tell) -> tuple[str, float | Non
         while time.monotonic() - began < settings.seconds:
             good, pixels = device.read()
             if not good:
-                notes.append(f"camera '{source}' went away after {count} frames; what came before is kept in {output}")
+                seen = count_of(count, "frame")
+                notes.append(f"camera '{source}' went away after {seen}; what came before is kept in {output}")
                 break
             if film is None:
                 size = (pixels.shape[1], pixels.shape[0])
@@ -70,7 +72,9 @@ def _recorded(settings: MarkerLiveCapture, tell: Tell) -> tuple[str, float | Non
         if film is not None:
             film.release()
     if count < FEWEST_SEEN:
-        raise HardwareError(f"camera '{source}' gave {count} frames and went away; look at its cable and its driver")
+        raise HardwareError(
+            f"camera '{source}' gave {count_of(count, 'frame')} and went away; look at its cable and its driver"
+        )
     true_hz = (count - 1) / max(last_s - began, 1e-9)
     if settings.rate_hz is not None or true_hz > SLOW_SHARE * rate_hz:
         return str(output), None, notes

@@ -23,6 +23,7 @@ from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import mapped, rotated
 from kendama_cli.plugins.mocap.settings import BodyCapture, BodySettings
 from kendama_cli.schema.arrays import Array
+from kendama_cli.schema.units import count_of
 
 REST_S = 0.15
 LONGEST_M = 0.8
@@ -59,7 +60,9 @@ def recording_of(path: str, body: BodyTrack, ball: BodyTrack | None, settings: B
         seen &= np.isin(body.t_s, ball.t_s)
     known = np.flatnonzero(seen)
     if len(known) < 2:
-        raise InputError(path, f"'{body.name}' is seen in {len(known)} samples", remedy="record the swing again")
+        raise InputError(
+            path, f"'{body.name}' is seen in {count_of(len(known), 'sample')}", remedy="record the swing again"
+        )
     stamps_s = body.t_s[known]
     turn, mirror = np.array(to_ours(settings.axes)), determinant(settings.axes)
     place_m = body.position_m[known] @ turn.T

@@ -20,7 +20,7 @@ from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.plugins.mocap.body import recording_of
 from kendama_cli.plugins.mocap.pose_stream import PROTOCOLS, streamed_poses
 from kendama_cli.plugins.mocap.settings import MocapCapture
-from kendama_cli.schema.units import METRES
+from kendama_cli.schema.units import METRES, count_of
 
 FEWEST = 20
 CLOCK_SHARE = 0.02
@@ -86,7 +86,7 @@ class _Stream:
                 kept.write((stamp_s - self.stamps_s[0], *place_m, *pose.rotation_wxyz))
             if now - (self.arrivals_s[0] if self.arrivals_s else began) >= settings.seconds:
                 return
-        self.ended = f"the server closed the line after {kept.count} poses"
+        self.ended = f"the server closed the line after {count_of(kept.count, 'pose')}"
 
     def notes(self) -> list[str]:
         """Return notes on rate, gaps, delay, and suspicious findings."""
@@ -126,7 +126,7 @@ class _Stream:
         elif self.not_finite:
             why = f"'{settings.body}' is never seen: {self.not_finite} poses are not finite numbers"
         elif self.ended:
-            why = f"{len(self.stamps_s)} poses of '{settings.body}' came: {self.ended}"
+            why = f"{count_of(len(self.stamps_s), 'pose')} of '{settings.body}' came: {self.ended}"
         else:
             where = f"{settings.host}:{settings.spoken_port}"
             why = f"'{settings.body}' does not come from {where}; look at capture.body"

@@ -10,6 +10,7 @@ import typer
 
 from kendama_cli.cli import render
 from kendama_cli.errors import InputError, UsageError
+from kendama_cli.schema.units import count_of
 
 
 def robot_urdf(
@@ -45,7 +46,7 @@ def robot_urdf(
     tip, _, doubt = choose_arm(tree, ())
     chain = [one for one in tree.chain(tip) if is_free(one, ())]
     joints = [one.get("name", "") for one in chain]
-    render.text(f"{model}: {len(joints)} {'joint' if len(joints) == 1 else 'joints'} to '{tip}': {', '.join(joints)}")
+    render.text(f"{model}: {count_of(len(joints), 'joint')} to '{tip}': {', '.join(joints)}")
     if len(speeds) not in (0, 1, len(joints)):
         raise UsageError(f"--speed {speed}: {len(speeds)} values for {len(joints)} joints; give one, or one a joint")
     tops = speeds * (len(joints) if len(speeds) == 1 else 1) or ("?",) * len(joints)

@@ -10,6 +10,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from kendama_cli.plugins.mujoco.settings import MujocoHardware
+from kendama_cli.schema.units import count_of
 
 FEWEST_JOINTS = 4
 """A model with fewer joints is a hand."""
@@ -35,7 +36,9 @@ def arm_files(folder: Path) -> list[Path]:
 def read_lines(hardware: MujocoHardware) -> list[str]:
     """Return what a run says of the model in the closing lines."""
     path = Path(hardware.model)
-    return [f"hardware: {path.name} of {path.parent.name}, with {len(brought_files(path))} files that it reads"]
+    return [
+        f"hardware: {path.name} of {path.parent.name}, with {count_of(len(brought_files(path)), 'file')} that it reads"
+    ]
 
 
 def brought_files(path: Path) -> list[Path]:

@@ -58,7 +58,7 @@ def test_rows_that_repeat_to_the_digit_are_taken_once(tmp_path):
     made_s, made_m, told = read(write(tmp_path / "a.csv", twice))
     assert made_s == pytest.approx(t_s, abs=1e-9)
     assert made_m == pytest.approx(path(t_s - 0.3, 1.2), abs=1e-5)
-    assert "95 rows repeat an earlier one to the digit and are used once" in told
+    assert "used once: 95 rows like an earlier one to the digit" in told
     appended = read(write(tmp_path / "b.csv", [*rows, *rows[1:]]))
     assert appended[0] == pytest.approx(t_s, abs=1e-9)
 

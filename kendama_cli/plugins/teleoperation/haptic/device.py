@@ -23,7 +23,7 @@ from kendama_cli.plugins.teleoperation.haptic.way import DeviceWay
 from kendama_cli.plugins.teleoperation.play.conditions import Conditions
 from kendama_cli.plugins.teleoperation.play.try_record import TryRecord
 from kendama_cli.schema.arrays import Array
-from kendama_cli.schema.units import METRES
+from kendama_cli.schema.units import METRES, count_of
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.hand_world import PLACE, HandWorld
 from kendama_cli.simulation.dart.world import STEP_S
@@ -168,7 +168,9 @@ class HapticDemonstrator:
         except KendamaError as wrong:
             self._link.stop(str(wrong))
             kept = len(list(self._folder.glob("*.csv")))
-            again = f"; {kept} swings are kept: capture=body 'capture.path={self._folder}/*.csv'" if kept else ""
+            again = (
+                f"; {count_of(kept, 'swing')} kept: capture=body 'capture.path={self._folder}/*.csv'" if kept else ""
+            )
             raise HardwareError(f"{wrong}{again}") from None
         finally:
             gc.enable()

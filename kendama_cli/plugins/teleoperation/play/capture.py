@@ -25,7 +25,7 @@ def open_tries(settings: PlayCapture) -> Sequence[RecordedDemonstrator]:
         folder = str(Path(paths[0]).parent)
         raise InputError(
             folder,
-            f"{len(kept)} tries, none of them {settings.take}",
+            f"tries: {len(kept)}, none of them {settings.take}",
             remedy="catch the ball in 'kendama play', or mark tries for the robot there, or set capture.take=all",
         )
     swings, refused = list[Recording](), list[InputError]()

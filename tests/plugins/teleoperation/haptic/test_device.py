@@ -157,7 +157,7 @@ def test_a_device_that_lies_or_leaves_is_stopped_for_good_and_what_was_recorded_
         link = HapticLink(settings(port))
         with pytest.raises(HardwareError, match=words) as told:
             list(HapticDemonstrator("swing-2", link, tmp_path).samples())
-        assert str(told.value).endswith(f"; 1 swings are kept: capture=body 'capture.path={tmp_path}/*.csv'")
+        assert str(told.value).endswith(f"; 1 swing kept: capture=body 'capture.path={tmp_path}/*.csv'")
         with pytest.raises(HardwareError, match="stays so: run it anew"):
             link.listen()
         link.close()

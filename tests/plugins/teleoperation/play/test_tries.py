@@ -137,7 +137,7 @@ def test_capture_takes_what_was_chosen(folder, samples):
 
 def test_capture_says_what_to_do_where_nothing_was_caught(folder, samples):
     keep(folder, "missed", "", samples, NOW)
-    with pytest.raises(InputError, match=r"1 tries, none of them chosen; catch the ball in 'kendama play'"):
+    with pytest.raises(InputError, match=r"tries: 1, none of them chosen; catch the ball in 'kendama play'"):
         capture(*folder.path.glob("*.csv"))
 
 
