@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -15,10 +14,8 @@ from rich.table import Column
 from rich.text import Text
 
 from kendama_cli.cli import render
-from kendama_cli.errors import KendamaError
 from kendama_cli.pipeline.plan import NEVER_RAN
 from kendama_cli.pipeline.record import StageOutcome
-from kendama_cli.schema.declaration import find_stage
 
 LINE_PERIOD_S = 5.0
 SHOWN_REASONS = 3
@@ -171,14 +168,7 @@ class LiveView:
 
 def briefly(outcome: StageOutcome) -> str:
     """Return the result of a stage in the first words of its declaration that fit, else its first two metrics."""
-    try:
-        declaration = find_stage(outcome.stage)
-    except KendamaError:
-        declaration = None
-    for words in [] if declaration is None else declaration.brief.splitlines():
-        with contextlib.suppress(LookupError, TypeError, ValueError):  # a metric that this run does not have
-            return words.format_map(outcome.metrics)
-    return render.figures(outcome.metrics, 2)
+    return render.declared_words(outcome.stage, "brief", outcome.metrics) or render.figures(outcome.metrics, 2)
 
 
 def _answered(question: str) -> str | None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import indent
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from kendama_cli.cli.fitted import hanging, table_lines, terminal_columns, wrapped
 
@@ -129,11 +130,29 @@ def summary(record: RunRecord, next_step: str) -> None:
     for stage in record.stages:
         for warning in (stage.metrics.get("warnings") or "").splitlines():
             _closing(f"{stage.name:<9} warns  ", warning, COLOURS["warns"])
+    for stage in (one for one in record.stages if one.status == "ran"):
+        if words := declared_words(stage.stage, "again", {**stage.metrics, "run": record.run, "stage": stage.name}):
+            _closing(f"{stage.name:<9} again  ", words)
     for line in record.read:
         _closing(f"{'read':<16} ", line)
     if record.is_recorded:
         _closing(f"{'results':<16} ", f"in {short(record.home)}")
     print(f"run {record.run} {record.outcome}; {next_step}")
+
+
+def declared_words(stage: str, which: Literal["brief", "again"], values: Mapping[str, Any]) -> str | None:
+    """Return the first line of these words in the declaration of ``stage`` whose ``values`` are there, with them."""
+    from kendama_cli.errors import KendamaError  # noqa: PLC0415 - a run with nothing to do prints without it
+    from kendama_cli.schema.declaration import find_stage  # noqa: PLC0415 - the same
+
+    try:
+        declaration = find_stage(stage)
+    except KendamaError:
+        return None
+    for line in () if declaration is None else getattr(declaration, which).splitlines():
+        with contextlib.suppress(LookupError, TypeError, ValueError):  # a metric that this run does not have
+            return str(line.format_map(values))
+    return None
 
 
 COLOURS = {"ran": "32", "cached": "2", "failed": "31", "warns": "33"}

@@ -86,6 +86,13 @@ class TransferSettings:
         "takes the learn stage's.",
         file=True,
     )
+    servo: str | None = setting(
+        "Log of an earlier transfer or 'identify' of this arm, RUN/STAGE or a file, by whose servo commands lead from "
+        "the first rollout on; null takes the identify stage's, else it is found in the first rollout.",
+        file=True,
+        log=True,
+        absent=None,
+    )
     evaluation_rollouts: int = setting(
         "The frozen policy is evaluated in this many rollouts before it learns on the hardware, and in as many "
         "afterwards.",

@@ -51,6 +51,18 @@ class WrenchMessage:
 
 
 @dataclass(frozen=True)
+class ServoMessage:
+    """Servo of n ``joints`` behind their commands, as found in a motion: the fields of ServoModel, (n,) each."""
+
+    joints: Collection[str]
+    dead_time_s: float
+    lag_s: Collection[float]
+    lag_sigma_s: Collection[float]
+    sag_rad_nm: Collection[float]
+    offset_rad: Collection[float]
+
+
+@dataclass(frozen=True)
 class JointExchangeMessage:
     """One control period: what was really sent to n ``joints``, after all limits, and what was measured after it (n,).
 

@@ -16,7 +16,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from kendama_cli.errors import ConfigError, MissingPartError, install_line
+from kendama_cli.errors import ConfigError, MissingPartError, UsageError, install_line
+from kendama_cli.pipeline.artifact_place import log_path
 from kendama_cli.pipeline.code import FileIndex
 from kendama_cli.pipeline.nodes import Remembered
 from kendama_cli.schema.hints import listed
@@ -33,12 +34,12 @@ BAG_FACTS = "metadata.yaml"
 """What names the files of a ROS 2 bag, in their folder: it stands for the bag."""
 
 
-def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
+def resolve_files(settings: Any, key: str, roots: Sequence[Path], home: Path | None = None) -> Any:
     """Return ``settings`` with every ``file`` field as absolute paths of existing files, globs expanded and sorted.
 
     A relative path is looked for below each of ``roots`` in turn, package://example-robot-data/... where that package
-    is installed; MissingPartError says how to get it. Raises ConfigError that names the key, the value
-    and the folders searched.
+    is installed; MissingPartError says how to get it. A log may be named RUN/STAGE of ``home``. Raises ConfigError that
+    names the key, the value and the folders searched.
     """
     if not dataclasses.is_dataclass(settings) or isinstance(settings, type):
         return settings
@@ -47,9 +48,11 @@ def resolve_files(settings: Any, key: str, roots: Sequence[Path]) -> Any:
         value = getattr(settings, field.name)
         path = f"{key}.{field.name}"
         if not field.metadata.get("file"):
-            changed[field.name] = resolve_files(value, path, roots)
+            changed[field.name] = resolve_files(value, path, roots, home)
         elif isinstance(value, str):
             several = "tuple" in str(field.type)
+            if home is not None and field.metadata.get("log"):
+                value = _logged(value, path, roots, home)
             found = _find(value, path, roots, several=several, facts=field.metadata)
             changed[field.name] = found if several or len(found) > 1 else found[0]
         elif value is not None:
@@ -161,6 +164,18 @@ def _listed(path: Path) -> list[tuple[str, int]]:
     except (UnicodeDecodeError, csv.Error):
         return []  # who reads the table says what is wrong with it
     return list(names.items())
+
+
+def _logged(place: str, key: str, roots: Sequence[Path], home: Path) -> str:
+    """Return the file of the log that ``place`` names as RUN/STAGE, or ``place`` where it is the path of a file."""
+    if place.endswith(".mcap") or any((root / place).is_file() for root in roots):
+        return place
+    try:
+        if "/" not in place:
+            raise UsageError(f"name the stage too: {key}={place}/STAGE")
+        return str(log_path(home, place).resolve())
+    except UsageError as error:
+        raise ConfigError(key, f"{key}: '{place}' is no log: {error}") from None
 
 
 def _find(

@@ -80,7 +80,9 @@ class Planner:
                     )
             self.settings[spec.name] = {
                 own: known.once(
-                    "files", (settings[node],), functools.partial(resolve_files, settings[node], node, roots)
+                    "files",
+                    (settings[node],),
+                    functools.partial(resolve_files, settings[node], node, roots, store.home),
                 )
                 for own, node in spec.config.items()
             }

@@ -56,7 +56,8 @@ class StageDeclaration:
     computes: a demonstrator that reads files, or a simulated twin.
 
     ``brief`` tells a result in a few words, with its metrics in braces as ``str.format`` takes them. Of several lines
-    the first is shown whose metrics the run has.
+    the first is shown whose metrics the run has. ``again`` says the same way what a later run may take from this one,
+    which is ``{run}``, and its ``{stage}``.
     ``metrics``, ``topic_words`` and ``figures`` say in a sentence each what a metric, a topic and a figure of the
     report (by the name that ``drawing`` is given) is, and what is good. ``kendama explain``, the report and the pages
     print them. A ``*`` in a name stands for a joint or a camera.
@@ -86,6 +87,7 @@ class StageDeclaration:
     methods: tuple[str, ...] = ()
     packages: tuple[str, ...] = ()
     brief: str = ""
+    again: str = ""
     metrics: Mapping[str, str] = field(default_factory=dict)
     capped: Mapping[str, str] = field(default_factory=dict)
     topic_words: Mapping[str, str] = field(default_factory=dict)

@@ -36,6 +36,7 @@ def setting(
     made_by: str | None = None,
     in_folder: str | None = None,
     brings: str | None = None,
+    log: bool = False,
     absent: Any = ...,
 ) -> Any:
     """Declare one field: its meaning with the unit, its range, and whether it names input files.
@@ -43,12 +44,12 @@ def setting(
     A ``file`` field enters a stage's key by the content of the files, never by their path; where one is a table that
     ``lists_images``, the images in its column ``file`` do too. ``made_by`` says what makes such files, for where there
     are none. ``in_folder`` and ``brings`` name functions (``module:function``) of a path: the files of a folder that
-    may be meant, and the other files that a file reads, which enter the key too. ``absent`` is what a file or code
-    from before there was this field means.
+    may be meant, and the other files that a file reads, which enter the key too. A ``log`` may also be named RUN/STAGE.
+    ``absent`` is what a file or code from before there was this field means.
     """
     facts: dict[str, object] = {"doc": doc, "above": above, "at_least": at_least, "below": below, "at_most": at_most}
     facts |= {"file": file, "lists_images": lists_images, "made_by": made_by}
-    facts |= {"in_folder": in_folder, "brings": brings}
+    facts |= {"in_folder": in_folder, "brings": brings, "log": log}
     metadata = {name: value for name, value in facts.items() if value is not None and value is not False}
     if absent is ...:
         return dataclasses.field(metadata=metadata)

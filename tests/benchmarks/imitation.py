@@ -23,6 +23,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 import kendama_cli as kendama
+from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.placement import placed
@@ -30,6 +31,7 @@ from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.stages.transfer import aiming
 from kendama_cli.stages.transfer import stage as transfer
 from kendama_cli.stages.transfer.aiming import ImitationAims
+from tests.log.made_logs import memory_log
 from tests.memory_context import MemoryContext
 
 ROPE_M, LENGTH_M, DRAG = 0.002, 0.40, (0.5, 2.0)
@@ -37,6 +39,9 @@ ROPE_M, LENGTH_M, DRAG = 0.002, 0.40, (0.5, 2.0)
 MOTION_SEED = 10000
 """Seed of the search for the motion, the same for all draws."""
 COLUMNS = ("hardware", "seed", "rope_scale", "drag_scale", "caught_at", "attempts", "lag_ms", "dead_ms", "sag_mm")
+GAMES = {"before": "success_rate_before", "after": "success_rate_after", "learned": "rollouts", "won": "caught_rate"}
+"""Further columns where a policy is played too, and their metrics."""
+OPEN_LOOP = ("adapt.catch=open_loop", "transfer.observation.source=tracking")
 STAGE_SETTINGS = ("transfer", "robot", "game", "learn", "camera", "lighting", "predict", "adapt", "safety")
 THIRD = 3
 Row = dict[str, str]
@@ -52,8 +57,7 @@ class Imitation:
     """Transfers of one motion, which the pipeline ``perform`` adapts in ``folder`` with the overrides ``words``."""
 
     def __init__(self, folder: Path, words: Iterable[str]) -> None:
-        chosen = [*words, f"seed={MOTION_SEED}", "adapt.catch=open_loop", "adapt.repeats=1"]
-        chosen += ["transfer.imitation_repeats=0", "transfer.observation.source=tracking"]
+        chosen = [*words, f"seed={MOTION_SEED}", "adapt.repeats=1", "transfer.imitation_repeats=0"]
         run = kendama.run("perform", chosen, until="adapt", home=folder / ".kendama", config_dir=folder)
         self._motion = run.artifact("adapt")
         self.settings = dict(kendama.configuration(chosen, config_dir=folder))
@@ -61,22 +65,46 @@ class Imitation:
         game, adapt = self.settings["game"], self.settings["adapt"]
         self._aims = functools.cache(lambda: ImitationAims(self.robot, game, self._motion, adapt))
 
-    def play(self, name: str, seed: int, hardware: HardwareSettings, robot: Robot | None = None) -> Row:
-        """Play one draw and return its row; ``robot`` is in this process, None: ``hardware`` is opened as always."""
+    def play(
+        self,
+        name: str,
+        seed: int,
+        hardware: HardwareSettings,
+        robot: Robot | None = None,
+        policy: PolicyArtifact | None = None,
+        *,
+        servo: Path | None = None,
+        log: Path | None = None,
+    ) -> Row:
+        """Play one draw and return its row; ``robot`` is in this process, None: ``hardware`` is opened as always.
+
+        Commands lead by the servo in the log ``servo``; to ``log`` the servo is written that was found.
+        """
         given = {key: self.settings[key] for key in STAGE_SETTINGS}
+        given["transfer"] = dataclasses.replace(given["transfer"], servo=None if servo is None else str(servo))
+        ctx = MemoryContext(seed)
         opened: AbstractContextManager[object] = nullcontext()
         if robot is not None:
             opened = mock.patch.object(transfer, "open_robot", return_value=nullcontext(robot))
         with mock.patch.object(aiming, "ImitationAims", side_effect=lambda *_: self._aims()), opened:
             stage = transfer.Transfer(hardware=hardware, **given)
-            metrics = stage.run({"adapt": self._motion}, cast("Any", MemoryContext(seed))).metrics
+            inputs = {"adapt": self._motion} | ({} if policy is None else {"learn": policy})
+            metrics = stage.run(inputs, cast("Any", ctx)).metrics
+        if log is not None:
+            written = memory_log()
+            for topic, t_s, message in ctx.log.messages:
+                if topic == "/transfer/servo":
+                    written.write(topic, t_s, message)
+            plain = {key: dataclasses.asdict(value) for key, value in {**given, "hardware": hardware}.items()}
+            written.finish(log, stage="transfer", settings=plain, metrics={})
         rope, drag = drawn(seed)
         values: list[Any] = [name, seed, round(rope, 5), round(drag, 4)]
         values += [metrics.get(key) for key in ("imitation_caught_at", "imitation_attempts")]
         for key, factor in (("servo_lag_s", 1e3), ("servo_dead_time_s", 1e3), ("servo_sag_mm", 1.0)):
             value = metrics.get(key)
             values.append(None if value is None else round(factor * float(value), 1))
-        return {key: "" if value is None else str(value) for key, value in zip(COLUMNS, values, strict=True)}
+        row = dict(zip(COLUMNS, values, strict=True)) | {key: metrics.get(metric) for key, metric in GAMES.items()}
+        return {key: "" if value is None else str(value) for key, value in row.items()}
 
 
 def measure(
@@ -98,7 +126,7 @@ def measure(
         for seed in missing:
             rows.append(played(seed))
             with table.open("w", newline="") as stream:
-                writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+                writer = csv.DictWriter(stream, [*COLUMNS, *GAMES], lineterminator="\n")
                 writer.writeheader()
                 writer.writerows(rows)
     for name in names:
@@ -113,7 +141,7 @@ def main() -> None:
     folder, names = Path(sys.argv[1]).resolve(), sys.argv[2].split(",")
     draws, first = (*map(int, sys.argv[3:5]), *(20, 960000)[len(sys.argv[3:5]) :])
     (folder / "conf").mkdir(parents=True, exist_ok=True)
-    imitation = Imitation(folder, [])
+    imitation = Imitation(folder, OPEN_LOOP)
 
     def player(name: str) -> Callable[[int], Row]:
         twin = kendama.configuration([f"hardware={name}"])["hardware"]

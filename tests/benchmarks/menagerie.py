@@ -17,7 +17,7 @@ from pathlib import Path
 
 from kendama_cli.plugins.mujoco.files import arm_files
 from kendama_cli.plugins.mujoco.robot import MujocoRobot
-from tests.benchmarks.imitation import Imitation, Row, drawn, measure
+from tests.benchmarks.imitation import OPEN_LOOP, Imitation, Row, drawn, measure
 
 ARMS = {
     "iiwa": ("kuka_iiwa_14", [1.484, 1.484, 1.745, 1.309, 2.269, 2.356, 2.356]),
@@ -39,15 +39,15 @@ def command(folder: Path, *words: str) -> None:
     subprocess.run([str(Path(sys.executable).with_name("kendama")), *words], cwd=folder, check=True)
 
 
-def placed(checkout: Path, folder: Path, arm: str) -> Path:
-    """Return the model of ``arm``, which stands under its name where 'kendama robot place' finds it."""
+def placed(checkout: Path, folder: Path, arm: str, pipeline: str = "perform") -> Path:
+    """Return the model of ``arm``, which stands under its name where 'robot place' finds it for ``pipeline``."""
     maker, speeds = ARMS[arm]
     (model,) = arm_files(checkout / maker)
     if not (folder / f"conf/robot/{arm}.yaml").exists():
         command(folder, "robot", "urdf", str(model), "-o", f"{arm}.urdf")
         given = [f"robot.velocity_rad_s={speeds}".replace(" ", ""), *([OTHERS[arm]] if arm in OTHERS else [])]
         given = ["robot=urdf", f"robot.path={arm}.urdf", *given, "-o", f"conf/robot/{arm}.yaml"]
-        command(folder, "robot", "place", "-p", "perform", *given)
+        command(folder, "robot", "place", "-p", pipeline, *given)
     return model
 
 
@@ -60,7 +60,7 @@ def main() -> None:
 
     def player(arm: str) -> Callable[[int], Row]:
         model = placed(checkout, folder, arm)
-        imitation = Imitation(folder, [f"robot={arm}", "hardware=mujoco", f"hardware.model={model}"])
+        imitation = Imitation(folder, [f"robot={arm}", "hardware=mujoco", f"hardware.model={model}", *OPEN_LOOP])
 
         def played(seed: int) -> Row:
             rope, drag = drawn(seed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import string
 import sys
@@ -74,6 +75,17 @@ def test_every_stage_has_few_words_for_its_result() -> None:
         fields = {name for _, name, _, _ in string.Formatter().parse(one.brief) if name}
         assert fields <= set(one.metrics), one.name
         assert fields or "toy" in one.name
+
+
+def test_a_run_that_found_something_for_later_runs_says_how_they_take_it(capsys: pytest.CaptureFixture[str]) -> None:
+    record = ended("ran", servo="lags 0.1 s")
+    record.stages[0] = dataclasses.replace(record.stages[0], name="on_arm", stage="transfer")
+    summary(record, "end")
+    line = "the arm lags 0.1 s; a later run leads by that from its first rollout on with transfer.servo=00001-a/on_arm"
+    assert f"on_arm    again  {line}" in capsys.readouterr().out.splitlines()
+    record.stages[0].metrics.clear()
+    summary(record, "end")
+    assert "again" not in capsys.readouterr().out
 
 
 def test_the_live_view_has_a_line_a_stage_in_the_order_of_the_pipeline(monkeypatch: pytest.MonkeyPatch) -> None:

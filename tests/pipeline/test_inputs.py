@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 from kendama_cli.errors import ConfigError, InputError, MissingPartError
 from kendama_cli.pipeline.code import FileIndex
 from kendama_cli.pipeline.inputs import describe, file_contents, resolve_files
+from kendama_cli.pipeline.record import StageOutcome, begin
 from kendama_cli.schema.settings import setting
 from tests.extras import require_robot_descriptions
 
@@ -21,6 +23,11 @@ class Described:
 @dataclass(frozen=True)
 class Listing:
     path: str = setting("a list of images", file=True, lists_images=True)
+
+
+@dataclass(frozen=True)
+class Logged:
+    path: str = setting("a log", file=True, log=True)
 
 
 def resolved(path: str) -> str:
@@ -44,6 +51,32 @@ def test_without_the_extra_one_line_names_it(monkeypatch: pytest.MonkeyPatch) ->
         resolved("package://example-robot-data/ur_description/urdf/ur10_robot.urdf")
     assert caught.value.part == "example-robot-data"
     assert "\n" not in str(caught.value)
+
+
+def test_a_log_is_a_file_or_the_stage_of_a_run(tmp_path: Path) -> None:
+    home, (folder, other) = tmp_path / "home", (tmp_path / "stored", tmp_path / "other")
+    for one in (folder, other):
+        one.mkdir()
+        (one / "log.mcap").touch()
+    record = begin(home, "perform", [])
+    record.stages.append(StageOutcome("transfer", "transfer", "key", "ran", 1.0, str(folder), {}))
+    record.save()
+
+    def path(place: str) -> str:
+        found: Logged = resolve_files(Logged(place), "transfer", [tmp_path], home)
+        return found.path
+
+    assert path(f"{record.run}/transfer") == path("1/transfer") == str(folder / "log.mcap")
+    assert path("other/log.mcap") == path(str(other / "log.mcap")) == str(other / "log.mcap")
+    for place, says in (
+        ("1", "'1' is no log: name the stage too: transfer.path=1/STAGE"),
+        ("7/transfer", "no run '7'; the newest is 1"),
+        ("1/learn", f"run {record.run} has no stage 'learn'; it has: transfer"),
+        ("gone.mcap", "transfer.path: no such file 'gone.mcap'"),
+    ):
+        with pytest.raises(ConfigError, match=re.escape(says)) as caught:
+            path(place)
+        assert caught.value.key == "transfer.path"
 
 
 def test_other_packages_are_refused_with_the_one_that_is_known() -> None:

@@ -17,6 +17,7 @@ from kendama_cli.errors import InputError, StageError
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.stages.transfer import stage as transfer_stage
 from kendama_cli.store.codecs import save_artifact
+from tests.identification.test_kept_servo import PLAIN, SERVO, logged
 from tests.memory_context import MemoryContext
 from tests.stages.transfer_setup import GAME, ROBOT, SAFETY, SHORT, stage
 
@@ -104,6 +105,14 @@ def test_a_table_from_a_file_is_verified_the_same_way(policy: PolicyArtifact, tm
     save_artifact(PolicyArtifact, _changed(policy), tmp_path)
     with pytest.raises(StageError, match=r"artifact\.json is damaged"):
         stage(settings).run({}, MemoryContext(0))
+
+
+@pytest.mark.usefixtures("nothing_moves")
+def test_a_servo_of_another_arm_is_refused(still: CatchMotion, tmp_path: Path) -> None:
+    settings = {**PLAIN, "hardware": {"kind": "mujoco"}}
+    log = logged(tmp_path / "log.mcap", "transfer", settings, SERVO)
+    with pytest.raises(StageError, match=r"transfer\.servo is of .* on mujoco, and this arm is .* nothing was moved"):
+        stage(dataclasses.replace(SHORT, servo=log)).run({"adapt": still}, MemoryContext(0))
 
 
 @pytest.mark.parametrize("content", [b"", b"{}", b'{"kind": "PolicyArtifact", "body": {}}', b"\xff\xfe\x00"])

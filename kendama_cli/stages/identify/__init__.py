@@ -39,6 +39,7 @@ STAGE = StageDeclaration(
         "/identify/joints": "Positions, velocities and torques of the joints while the arm moves for the fit.",
         "/identify/wrench": "Force and torque at the wrist's sensor during the same motions.",
         "/identify/friction": "Held-out sample of a joint's friction beside the predictions of both models.",
+        "/identify/servo": "Lag, sag and dead time of the arm's servo, as found in the same motion.",
         "/identify/tracking/reference": "Commanded position of the cup on the circle.",
         "/identify/tracking/before": "Position of the cup on the circle without friction compensation.",
         "/identify/tracking/after": "Position of the cup on the circle with friction compensation.",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from kendama_cli.log.messages import WrenchMessage
+from kendama_cli.log.messages import ServoMessage, WrenchMessage
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
 
 
@@ -24,6 +24,7 @@ TOPICS: Mapping[str, type] = {
     "/identify/joints": JointStates,
     "/identify/wrench": WrenchMessage,
     "/identify/friction": JointFrictionMessage,
+    "/identify/servo": ServoMessage,
     "/identify/tracking/reference": FrameTransform,
     "/identify/tracking/before": FrameTransform,
     "/identify/tracking/after": FrameTransform,

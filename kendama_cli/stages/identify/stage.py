@@ -18,6 +18,7 @@ from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.identification.excitation import excitation
 from kendama_cli.identification.friction_choice import FrictionSamples, choose_friction
 from kendama_cli.identification.friction_samples import Samples
+from kendama_cli.identification.kept_servo import servo_message
 from kendama_cli.identification.recording import JointRecording, TrackedPath, circle, play, recorded
 from kendama_cli.identification.servo import fit_servo
 from kendama_cli.identification.settings import IdentifySettings
@@ -77,6 +78,8 @@ class Identify:
                 for name, one in (("before", robot), ("after", CompensatedRobot(robot, model)))
             }
         _log_friction(ctx, held_out, model, robot.period_s)
+        if servo is not None:
+            ctx.log.write("/identify/servo", float(recordings[0].t_s[-1]), servo_message(servo))
         _log_paths(ctx, tracked)
         return StageResult(model, _metrics(model, tracked, circling.speed_m_s))
 

@@ -23,7 +23,8 @@ STAGE = StageDeclaration(
         Headline("success_rate_after", "of swing-ups succeed on {robot}"),
         Headline("caught_rate", "of full games caught on {robot}"),
     ),
-    brief="{caught_rate:.0%} of {games} games caught (≥ {caught_rate_low:.2f})\n{imitation}",
+    brief="games: {caught_rate:.0%} of {games} caught (≥ {caught_rate_low:.2f})\n{imitation}",
+    again="the arm {servo}; a later run leads by that from its first rollout on with transfer.servo={run}/{stage}",
     capped={"rollouts": "learned", "rollouts_from_scratch": "learned_from_scratch", "rollouts_to_solved": "solved"},
     metrics={
         "rollouts": "Number of rollouts that were learned on the robot.",
@@ -51,6 +52,7 @@ STAGE = StageDeclaration(
         "servo_lag_s": "Median lag of the arm's joints behind their commands, by which later commands lead.",
         "servo_sag_mm": "Distance at which the cup would rest from where it is commanded, as the swing begins.",
         "servo_dead_time_s": "Time after which the arm begins to follow a command; below zero for one that is held.",
+        "servo": "Lag and sag of the arm's servo, in words, where this run has found them.",
         "imitation_resized": "True if the motion was adapted again for the rope that the attempts suggest.",
         "games": "Number of full games: swing-up, observed flight and catch.",
         "caught_rate": "Fraction of full games that end with the ball in the cup; 1 is best.",
@@ -88,6 +90,7 @@ STAGE = StageDeclaration(
         "/transfer/imitation/wrench": (
             "Force and torque at the wrist's sensor in the attempts at the demonstrated swing."
         ),
+        "/transfer/servo": "Lag, sag and dead time of the arm's servo, by which later commands lead.",
         "/transfer/image/*": "Camera images of the first game; * stands for the camera's name.",
     },
     figures={

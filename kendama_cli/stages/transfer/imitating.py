@@ -19,6 +19,7 @@ from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.devices.robot.leading import LeadingRobot
 from kendama_cli.errors import StageError
+from kendama_cli.identification.kept_servo import servo_message
 from kendama_cli.identification.servo import servo_changed, servo_of
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
@@ -109,7 +110,10 @@ class ImitationSession:
         played = play_motion(runner.robot, chosen.joints, tau_scale=1.0, seed=seed, seen=seen)
         timed = trace.timed(played.exchanges, progress.clock_s)
         messages = [*self._session.scene(timed, under="/transfer/imitation"), *self._session.exchanges(timed)]
+        found = progress.servo is None
         led = self._identify(played)
+        if found and progress.servo is not None:
+            messages.append(("/transfer/servo", timed[-1][0], servo_message(progress.servo)))
         aim = chosen.aim
         figures = AttemptFigures(
             along_m=None if aim is None else aim.along_m,

@@ -10,6 +10,7 @@ from kendama_cli.log.messages import (
     JointExchangeMessage,
     ReplayMessage,
     RolloutMessage,
+    ServoMessage,
     WrenchMessage,
 )
 from kendama_cli.schema.foxglove import CompressedImage, FrameTransform, FrameTransforms, JointStates, SceneUpdate
@@ -106,6 +107,7 @@ TOPICS: Mapping[str, type] = {
     "/transfer/imitation/cup": FrameTransform,
     "/transfer/imitation/ball": FrameTransform,
     "/transfer/imitation/wrench": WrenchMessage,
+    "/transfer/servo": ServoMessage,
     "/transfer/image/*": CompressedImage,
 }
 """``*`` stands for the camera's name."""

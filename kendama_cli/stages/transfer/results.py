@@ -6,22 +6,29 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from kendama_cli.artifacts.friction_model import FrictionModel
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.proportion import Evaluation
+from kendama_cli.artifacts.servo_model import ServoModel
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.control.settings import TransferSettings
 from kendama_cli.identification.servo import servo_changed
+from kendama_cli.schema.units import count_of
 from kendama_cli.stages.interface import Metric
 from kendama_cli.stages.transfer.progress import Progress
 
 
 def transfer_result(
-    progress: Progress, policy: PolicyArtifact | None, settings: TransferSettings, *, sag_m: float | None
+    progress: Progress,
+    policy: PolicyArtifact | None,
+    settings: TransferSettings,
+    *,
+    sag_m: float | None,
+    known: ServoModel | None,
 ) -> tuple[TransferResult, Mapping[str, Metric]]:
     """Return what a transfer of ``policy``, if there was one, came to, and its metrics.
 
-    Those of learning from scratch are among them if ``settings`` ask for it. ``sag_m`` is the servo's at the cup.
+    Those of learning from scratch are among them if ``settings`` ask for it. ``sag_m`` is the servo's at the cup,
+    ``known`` the one that was known before.
     """
     result = TransferResult(
         policy=None if policy is None else progress.kept(policy),
@@ -32,16 +39,21 @@ def transfer_result(
     )
     learning = {} if policy is None else _learning(result, progress, baseline=settings.baseline)
     games = {} if policy is None else _games(result, progress, settings)
-    return result, {**_imitation(progress, settings, sag_m), **learning, **games, "missed_packets": progress.missed}
+    imitation = _imitation(progress, settings, sag_m)
+    found = progress.servo
+    if found is not None and (known is None or servo_changed(known, found)) and (words := _servo_words(found, sag_m)):
+        imitation["servo"] = words
+    return result, {**imitation, **learning, **games, "missed_packets": progress.missed}
 
 
-def warnings(progress: Progress, friction: FrictionModel | None) -> Iterator[str]:
-    """Yield a sentence where the servo is not as identified with ``friction``, and one where learning made it worse."""
-    identified, now = None if friction is None else friction.servo, progress.servo
-    if identified is not None and now is not None and servo_changed(identified, now):
+def warnings(progress: Progress, known: ServoModel | None) -> Iterator[str]:
+    """Yield a sentence where the servo is not as ``known`` before, and one where learning made the table worse."""
+    now = progress.servo
+    if known is not None and now is not None and servo_changed(known, now):
         yield (
-            f"the arm's servo changed: it follows {now.delay_s:.3f} s late, {identified.delay_s:.3f} s when it was "
-            "identified; commands lead by what was found now; identify it again with --force identify"
+            f"the arm's servo changed: it follows {now.delay_s:.3f} s late, {known.delay_s:.3f} s when it was "
+            "identified; commands lead by what was found now; identify it again with --force identify, or give this "
+            "run's as transfer.servo"
         )
     if progress.after and progress.reverted():
         yield (
@@ -71,9 +83,8 @@ def _imitation(progress: Progress, settings: TransferSettings, sag_m: float | No
     metrics: dict[str, Metric] = {"imitation_caught": None}
     if attempts:
         caught_at = attempts.index(True) + 1 if any(attempts) else None
-        lag_s = 0.0 if servo is None else float(np.median(servo.lag_s))
         metrics = {
-            "imitation": imitation_words(caught_at, len(attempts), lag_s=lag_s, sag_m=sag_m or 0.0),
+            "imitation": imitation_words(caught_at, len(attempts), _servo_words(servo, sag_m)),
             "imitation_caught": caught_at is not None,
             "imitation_caught_at": caught_at,
             "imitation_attempts": len(attempts),
@@ -96,15 +107,21 @@ def _imitation(progress: Progress, settings: TransferSettings, sag_m: float | No
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 
 
-def imitation_words(caught_at: int | None, attempts: int, *, lag_s: float, sag_m: float) -> str:
-    """Return the rollout at which the swing was caught, and the servo's lag and sag where it has some, in words."""
+def imitation_words(caught_at: int | None, attempts: int, servo: str) -> str:
+    """Return the rollout at which the swing was caught, and the words on the ``servo``, if there are any."""
     if caught_at is None:
-        caught = f"not caught in {attempts} rollout{'s' if attempts > 1 else ''}"
+        caught = f"not caught in {count_of(attempts, 'rollout')}"
     else:
         caught = f"caught at {f'the {ORDINALS[caught_at - 1]} rollout' if caught_at <= 10 else f'rollout {caught_at}'}"
-    servo = [f"lags {lag_s:.2g} s"] if lag_s >= SHOWN_LAG_S else []
-    servo += [f"sags {1e3 * sag_m:.0f} mm"] if sag_m >= SHOWN_SAG_M else []
-    return caught + (f"; the arm {' and '.join(servo)}" if servo else "")
+    return caught + (f"; the arm {servo}" if servo else "")
+
+
+def _servo_words(servo: ServoModel | None, sag_m: float | None) -> str:
+    """Return the lag and sag of ``servo`` in words, empty where it has none that is worth a word."""
+    lag_s = 0.0 if servo is None else float(np.median(servo.lag_s))
+    words = [f"lags {lag_s:.2g} s"] if lag_s >= SHOWN_LAG_S else []
+    words += [f"sags {1e3 * sag_m:.0f} mm"] if sag_m is not None and sag_m >= SHOWN_SAG_M else []
+    return " and ".join(words)
 
 
 SHOWN_LAG_S, SHOWN_SAG_M = 0.005, 0.001

@@ -19,6 +19,7 @@ from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.leading import LeadingRobot
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import HardwareError, StageError
+from kendama_cli.identification.kept_servo import kept_servo
 from kendama_cli.identification.servo import cup_sag_m
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.verification import load_policy, verify_policy
@@ -69,7 +70,7 @@ class Transfer:
         """Imitate, evaluate, learn on, evaluate again, play; what was learned survives whatever goes wrong.
 
         The first play of the imitation tells the arm's own servo, by which every later command leads, or checks the one
-        of 'identify'.
+        of 'identify' or of an earlier run.
 
         Raises StageError before anything moves where the policy does not fit or the motion is unsafe, HardwareError
         where the line or the robot fails: the finished rollouts are kept, and the next run resumes from them; the one
@@ -81,6 +82,10 @@ class Transfer:
         policy = self._policy(given)
         saved = ctx.restore()
         progress = Progress.resumed(saved, policy, learn, settings, ctx.rng("transfer"))
+        friction: FrictionModel | None = given.get("identify")
+        known = None if friction is None else friction.servo
+        if settings.servo is not None:
+            known = kept_servo(settings.servo, self._setup.robot, self._hardware)
         setup = self._setup if motion is None else self._setup.placed_at(motion.placement)
         builder = GameBuilder(setup, swings=policy is not None)
         held: tuple[str, ...] = ()
@@ -93,10 +98,8 @@ class Transfer:
         told = None
         if motion is not None and settings.outcome != MEASURED and not imitation_over(progress, settings):
             told = ToldOutcomes(settings.outcome, ctx)
-        friction: FrictionModel | None = given.get("identify")
         seed = int(progress.rng("body", 0).integers(2**63))
         with open_robot(self._hardware, setup.robot, setup.game) as bare:
-            known = None if friction is None else friction.servo
             leading = LeadingRobot(compensated(bare, friction), builder.arm, known)
             robot = RememberingRobot(leading)
             with builder.open(robot, seed=seed) as runner:
@@ -120,8 +123,8 @@ class Transfer:
         sag_m = None
         if motion is not None and progress.servo is not None:
             sag_m = cup_sag_m(builder.arm, progress.servo, motion.joints.position_rad[0])
-        result, metrics = transfer_result(progress, policy, settings, sag_m=sag_m)
-        return StageResult(result, metrics, warnings=(*held, *warnings(progress, friction)))
+        result, metrics = transfer_result(progress, policy, settings, sag_m=sag_m, known=known)
+        return StageResult(result, metrics, warnings=(*held, *warnings(progress, known)))
 
     def _policy(self, given: Mapping[str, Any]) -> PolicyArtifact | None:
         """Return the verified policy, None where there is a motion alone; raises StageError where there is neither."""

@@ -180,6 +180,6 @@ def test_the_first_play_checks_the_servo_that_was_identified(lag_s: float | None
     assert progress.servo.delay_s == pytest.approx(0.13, abs=0.004)
     assert (progress.servo is identified) == same
     assert robot.servo is progress.servo
-    told = list(warnings(progress, cast("Any", SimpleNamespace(servo=identified))))
+    told = list(warnings(progress, identified))
     assert bool(told) == (lag_s == 0.09)
     assert all("late, 0.102 s when it was identified; commands lead by what was found now" in line for line in told)
