@@ -78,12 +78,9 @@ class Planner:
                         f"pipeline '{pipeline.name}': stage '{spec.name}' reads node '{node}', which the configuration "
                         f"does not have{nearest(node, settings)}",
                     )
+            found = functools.partial(resolve_files, roots=roots, home=store.home)
             self.settings[spec.name] = {
-                own: known.once(
-                    "files",
-                    (settings[node],),
-                    functools.partial(resolve_files, settings[node], node, roots, store.home),
-                )
+                own: known.once("files", (settings[node],), functools.partial(found, settings[node], node))
                 for own, node in spec.config.items()
             }
         self.read_lines = read_files(self.settings, known)

@@ -44,8 +44,8 @@ def setting(
     A ``file`` field enters a stage's key by the content of the files, never by their path; where one is a table that
     ``lists_images``, the images in its column ``file`` do too. ``made_by`` says what makes such files, for where there
     are none. ``in_folder`` and ``brings`` name functions (``module:function``) of a path: the files of a folder that
-    may be meant, and the other files that a file reads, which enter the key too. A ``log`` may also be named RUN/STAGE.
-    ``absent`` is what a file or code from before there was this field means.
+    may be meant, and further files that a file reads, for the key. A ``log`` may be called RUN/STAGE. ``absent`` is
+    what a file or code from before there was this field means.
     """
     facts: dict[str, object] = {"doc": doc, "above": above, "at_least": at_least, "below": below, "at_most": at_most}
     facts |= {"file": file, "lists_images": lists_images, "made_by": made_by}

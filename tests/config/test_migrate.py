@@ -87,7 +87,7 @@ def test_names_change_and_all_else_stays(here, capsys, name, before, after):
 def test_each_name_is_reported(here, capsys):
     Path("one.yaml").write_text("learn: {count: {cap: 3}}\n")
     _, out, _ = kendama(capsys, "config", "--migrate", "one.yaml")
-    assert out == "cap -> max_rollouts\none.yaml: 1 names rewritten\n"
+    assert out == "cap -> max_rollouts\none.yaml: 1 name rewritten\n"
 
 
 @pytest.mark.parametrize("text", [None, "a: [1,", "a: &b [*b]"])
