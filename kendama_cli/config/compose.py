@@ -47,10 +47,11 @@ def composition(site: Site, overrides: Sequence[str]) -> Composition:
     looked = _looked(site, overrides)
     states = {**stamps(configuration_files(site)), **looked}
     question = {"overrides": list(overrides), "folders": [str(folder) for folder in site.conf_folders]}
-    path = site.home / "index" / "compose" / f"{durable.sha256(durable.canonical_json(question))[:32]}.json"
+    path = site.home / "index" / "composed" / f"{durable.sha256(durable.canonical_json(question))[:32]}.json"
     known = durable.read_index(path)
     if known is not None and (known["question"], known["stamps"]) == (question, states):
-        found = Composition(known["config"], known["environment"], looked)
+        config = {node: known["config"][node] for node in known["nodes"]}  # checked in this order
+        found = Composition(config, known["environment"], looked)
         if environment_now(found.environment) == found.environment:
             return found
     from kendama_cli.config.hydra_compose import compose_with_hydra  # noqa: PLC0415 - a quarter of a second
@@ -60,7 +61,7 @@ def composition(site: Site, overrides: Sequence[str]) -> Composition:
     with contextlib.suppress(StoreError):  # a home that cannot be written does without
         claim(site.home)
     if settled(states, began_s):
-        kept = {"config": made.config, "environment": made.environment}
+        kept = {"config": made.config, "nodes": list(made.config), "environment": made.environment}
         durable.write_index(path, {"question": question, "stamps": states, **kept})
     return made
 

@@ -167,9 +167,8 @@ def _chosen_within(value: Any) -> list[tuple[Registry, str]]:
     if not dataclasses.is_dataclass(value):
         return []
     hints = typing.get_type_hints(type(value), include_extras=True)
-    return [
-        found for field in dataclasses.fields(value) for found in chosen(hints[field.name], getattr(value, field.name))
-    ]
+    fields = dataclasses.fields(value)
+    return [found for field in fields for found in chosen(hints[field.name], getattr(value, field.name))]
 
 
 def _join(key: str, name: str) -> str:

@@ -73,7 +73,9 @@ def test_the_core_names_no_plug_in() -> None:
 WITH_PARTS = {
     "adaptation/lab_table.py",
     "architecture/laws_probe.py",
+    "benchmarks/kept_servo.py",
     "benchmarks/menagerie.py",
+    "benchmarks/menagerie_games.py",
     "benchmarks/play.py",
     "films/table.py",
 }

@@ -71,7 +71,7 @@ def composings(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 
 def index(site: Site) -> Path:
-    (path,) = (site.home / "index/compose").glob("*.json")
+    (path,) = (site.home / "index/composed").glob("*.json")
     return path
 
 
@@ -162,10 +162,10 @@ def test_a_file_that_could_change_again_within_one_tick_is_not_remembered(captur
     written(capture, "")
     status = capture.stat()
     composed(site, ["capture=mine"])
-    assert not (site.home / "index/compose").exists()
+    assert not (site.home / "index/composed").exists()
     os.utime(capture, ns=(status.st_atime_ns, status.st_mtime_ns - 10**10))  # the time of change is as young
     composed(site, ["capture=mine"])
-    assert not (site.home / "index/compose").exists()
+    assert not (site.home / "index/composed").exists()
     time.sleep(SETTLED_S + 0.1)
     composed(site, ["capture=mine"])
     assert index(site)

@@ -144,7 +144,7 @@ def test_a_pipeline_that_is_no_plain_yaml_is_one_line(toy: ToyProject, lines: st
     assert printed[0].startswith(f"kendama: {path}: not a pipeline: ")
 
 
-INDEXES = ("files.json", "latest/toy/roll.json", "latest/toy/total.json", "compose", "unchanged")
+INDEXES = ("files.json", "latest/toy/roll.json", "latest/toy/total.json", "composed", "unchanged")
 
 
 def test_an_index_of_a_wrong_shape_blocks_nothing(toy: ToyProject) -> None:
