@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -94,18 +95,19 @@ def _joined(recording: Recording, pieces: list[tuple[int, int]]) -> list[tuple[i
     """Join neighbours unless the rest between them is long, or both are swings of their own."""
     t_s = recording.t_s
     joined = pieces[:1]
+
+    @functools.cache
+    def is_swing(piece: tuple[int, int]) -> bool:
+        return _rises(recording, piece) >= SWING_RISE
+
     for piece in pieces[1:]:
         before = joined[-1]
         long = t_s[piece[0]] - t_s[before[1]] >= LONG_REST_S
-        if long or (_is_swing(recording, before) and _is_swing(recording, piece)):
+        if long or (is_swing(before) and is_swing(piece)):
             joined.append(piece)
         else:
             joined[-1] = (before[0], piece[1])
     return joined
-
-
-def _is_swing(recording: Recording, piece: tuple[int, int]) -> bool:
-    return _rises(recording, piece) >= SWING_RISE
 
 
 def _rises(recording: Recording, piece: tuple[int, int]) -> float:

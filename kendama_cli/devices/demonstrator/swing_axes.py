@@ -53,13 +53,16 @@ def rise_of(t_s: Array, hand_m: Array, upward: Array) -> list[Rise]:
     path = _Path(t_s, hand_m)
     each = len(ROPES_M) * len(TAUS)
     up = np.repeat(np.asarray(upward, dtype=np.float64), each, axis=0)
-    rope, tau = np.tile(np.array(list(product(ROPES_M, TAUS))), (len(upward), 1)).T
-    hand = np.repeat(path.at(np.zeros(1)), len(up), axis=0)
+    rope, timed = np.tile(np.array(list(product(ROPES_M, range(len(TAUS))))), (len(upward), 1)).T
+    timed = timed.astype(int)
+    steps = np.arange(round((path.duration_s * max(TAUS) + AFTER_S) / STEP_S) + 1)[:, None]
+    inner_s = np.minimum(steps * STEP_S / np.array(TAUS), path.duration_s)  # (steps, taus)
+    hands, shares = path.at(inner_s), path.share(inner_s)
+    hand = hands[0, timed]
     ball, speed = hand - up * rope[:, None], np.zeros_like(hand)
     height, risen, caught = -rope, np.zeros(len(up), dtype=bool), np.zeros(len(up), dtype=bool)
-    for step in range(1, round((path.duration_s * max(TAUS) + AFTER_S) / STEP_S) + 1):
-        inner_s = np.minimum(step * STEP_S / tau, path.duration_s)
-        moved = path.at(inner_s)
+    for step in range(1, len(steps)):
+        moved = hands[step, timed]
         hand_speed, hand = (moved - hand) / STEP_S, moved
         speed = speed - (GRAVITY_M_S2 * STEP_S) * up
         ball = ball + STEP_S * speed
@@ -76,7 +79,7 @@ def rise_of(t_s: Array, hand_m: Array, upward: Array) -> list[Rise]:
         down = falls(before - RIM_M, height - RIM_M)
         if down.any():
             beside = np.linalg.norm(away - height[:, None] * up, axis=1)
-            caught |= down & (beside < NEAR_M) & (path.share(inner_s) > CATCH_SHARE)
+            caught |= down & (beside < NEAR_M) & (shares[step, timed] > CATCH_SHARE)
     fractions = [(flags.reshape(-1, each).mean(axis=1)) for flags in (risen, caught)]
     return [Rise(float(a), float(b)) for a, b in zip(*fractions, strict=True)]
 
@@ -96,7 +99,7 @@ class _Path:
         self._grid, self._share = grid, path / max(float(path[-1]), 1e-9)
 
     def share(self, t_s: Array) -> Array:
-        """Return the fraction of the whole path that is covered at ``t_s`` (k,)."""
+        """Return the fraction of the whole path that is covered at each ``t_s``."""
         return np.asarray(np.interp(t_s, self._grid, self._share))
 
 

@@ -15,9 +15,11 @@ import yaml
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import bundled_root, find_site
 from kendama_cli.devices.demonstrator.interface import open_demonstrators
+from kendama_cli.devices.demonstrator.recording import Recording
 from kendama_cli.errors import InputError
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.plugins.mocap.layout.column_names import named
+from kendama_cli.plugins.mocap.layout.fit import liveliest
 from tests.cli.typed import kendama, refused
 
 QUAT = (0.1, 0.2, 0.3, 0.86**0.5)
@@ -168,6 +170,47 @@ def test_what_holds_no_places_is_refused(
 ) -> None:
     assert why in refused(capsys, "capture", "layout", str(recordings / file), "-y")
     assert not Path("conf").exists()
+
+
+@pytest.mark.parametrize(
+    ("names", "kind"),
+    [
+        ("Voltage (V),Current (mA),Charge (%),Time To Empty (minutes)", "smooth"),
+        ("Chip (degC),Board (\N{DEGREE SIGN}C),Room (K),Air (degrees C)", "smooth"),
+        ("W,X,Y,Z", "turns"),
+        ("W Element,X Element,Y Element,Z Element", "turns"),
+        ("Element 11,Element 12,Element 13,Note", "directions"),
+        ("address,value,fixed,name", "gaps"),
+    ],
+)
+def test_other_quantities_of_a_swing_are_no_places(
+    swing: Any, capsys: pytest.CaptureFixture[str], names: str, kind: str
+) -> None:
+    """They move as smoothly as a hand, so that only names, units or lengths tell."""
+    offset = np.array([0.7, 0.3, 0.2, 0.5])
+    four = offset + np.column_stack([swing[:, 1:], swing[:, 1]])
+    if kind != "smooth":
+        counted = 3 if kind == "directions" else 4
+        four /= np.linalg.norm(four[:, :counted], axis=1)[:, None]
+    columns: list[Any] = [swing[:, 0], *four.T]
+    if kind == "directions":
+        columns[-1] = ["fine"] * len(swing)
+    if kind == "gaps":  # no row has three numbers side by side
+        columns[1:] = [[f"{x:.4f}" if (row + k) % 2 else "" for row, x in enumerate(four[:, k])] for k in range(4)]
+    _write("other.csv", columns, [f"Time (s),{names}"])
+    assert "no three columns that can be a position" in refused(capsys, "capture", "layout", "other.csv", "-y")
+
+
+def test_a_long_session_is_judged_by_its_liveliest_minute(swing: Any) -> None:
+    t_s = np.arange(0.0, 200.0, 0.01)
+    place = np.zeros((len(t_s), 3))
+    place[12000 : 12000 + 3000, 2] = np.sin(t_s[:3000])
+    part = liveliest(Recording("long.csv", "", t_s, place, str, "", ""))
+    assert part.t_s[0] == 0.0
+    assert part.t_s[-1] == pytest.approx(60.0, abs=0.02)
+    assert np.ptp(part.position_m[:, 2]) == pytest.approx(2.0, abs=1e-3)
+    short = Recording("short.csv", "", t_s[:100], place[:100], str, "", "")
+    assert liveliest(short) is short
 
 
 def test_a_motion_that_is_no_swing_is_called_so(

@@ -17,6 +17,11 @@ _MOTIONS = {"v", "vel", "velocity", "speed", "a", "acc", "accel", "acceleration"
 _ANGLES = {"ang", "angle", "angles", "angular", "omega", "gyro", "mag", "euler", "roll", "pitch", "yaw"}
 _DOUBTS = {"error", "residual", "sigma", "std", "cov", "confidence", "action", "cmd", "pixel", "pixels"}
 OTHERS = frozenset(_MOTIONS | _ANGLES | _DOUBTS | {f"{what}{axis}" for what in "rvawfgm" for axis in "xyz"})
+_OTHER_UNIT = re.compile(
+    r"[numkM\N{MICRO SIGN}]?(V|A|Ah|W|J|N|Nm|Pa|G|T|g|Hz|F|dB\w*|lx|bar|K|C|bit)|.*(/|%|\N{DEGREE SIGN}|\^).*"
+    r"|deg\w*|rad\w*|celsius|min\w*|hours?|days?|bool\w*|a\.?u\.?|counts?|px|pixels?|rpm|bpm"
+)
+"""Units of what is no place: of currents, angles, fractions, rates."""
 _BRACKETS = re.compile(r"[\[({]([^\])}]*)[\])}]")
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|#|\N{MICRO SIGN}s")
 
@@ -49,7 +54,8 @@ def named(label: str, unit_cell: str = "") -> Named:
         return Named("other", excluded=True)
     axis, rest = _axis(rest)
     if not axis:
-        return Named("time", time=time) if time and not rest else Named("other")
+        measured = any(_OTHER_UNIT.fullmatch(cell.strip()) for cell in inner) and length is None
+        return Named("time", time=time) if time and not rest else Named("other", excluded=measured)
     body = " ".join(word for word in rest if word not in TURNS | PLACES)
     if axis == "w" or TURNS & set(rest):
         return Named("turn", axis, body)

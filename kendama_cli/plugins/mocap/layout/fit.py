@@ -35,7 +35,8 @@ AS_WELL = 0.7
 ENOUGH = 2
 """Rates that make a swing of the same places: the slowest is taken, the next one is told."""
 MOST_SWINGS = 12
-"""So many of a session's swings judge its axes."""
+LONGEST_S = 60.0
+"""So many of a session's swings judge its axes, out of so long a part, in which the hand moves most."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,7 @@ def _fitted(path: str, reading: Reading, plausible: PlausibleSettings) -> list[F
     try:
         whole = tidied(whole, "even")
         check_samples(whole, math.inf)
-        swings = cut_apart(whole)[0][:MOST_SWINGS]
+        swings = cut_apart(liveliest(whole))[0][:MOST_SWINGS]
         for swing in swings:
             check_swing(swing, replace(plausible, axes="off"))
     except InputError as wrong:
@@ -148,6 +149,18 @@ def _fitted(path: str, reading: Reading, plausible: PlausibleSettings) -> list[F
         for k in range(len(UP))
     )
     return [Fit(reading, k, rise, rises, len(swings)) for k, rise in enumerate(rises)]
+
+
+def liveliest(whole: Recording) -> Recording:
+    """Return the LONGEST_S of ``whole`` in which the hand goes farthest; itself if it is shorter."""
+    t_s = whole.t_s
+    after = np.searchsorted(t_s, t_s + LONGEST_S)
+    if after[0] == len(t_s):
+        return whole
+    gone_m = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(whole.position_m, axis=0), axis=1))))
+    first = int(np.argmax(gone_m[after - 1] - gone_m))
+    part = whole.rows(np.arange(first, after[first]))
+    return replace(part, t_s=part.t_s - part.t_s[0])
 
 
 def _axis_name(names: Sequence[str], direction: int) -> str:

@@ -98,11 +98,13 @@ class Table:
 
     def places(self) -> list[Places]:
         """Return the triples of columns that may be places: by their names, or side by side where none are named."""
-        if any(self.labels):
-            found = self._named_places()
-            if found:
-                return found
-        return self._unnamed_places()
+        found = self._named_places() if any(self.labels) else []
+        return [one for one in found or self._unnamed_places() if self._is_seen(one)]
+
+    def _is_seen(self, place: Places) -> bool:
+        """Return True if two rows or more have all numbers of ``place``."""
+        columns = [k for k in place.columns if k is not None]
+        return int(np.isfinite(self.values[:, columns]).all(axis=1).sum()) > 1
 
     def _rises(self, column: int) -> bool:
         values = self.values[:, column]
@@ -128,7 +130,11 @@ class Table:
                 bodies.setdefault((one.kind, one.body), {}).setdefault(one.axis, k)
         turns = {body: self._turn(axes) for (kind, body), axes in bodies.items() if kind == "turn"}
         only = next(iter(turns.values())) if len(turns) == 1 else None
-        placed = {body: axes for (kind, body), axes in bodies.items() if kind == "place" and len(axes) > 1}
+        placed = {
+            body: axes
+            for (kind, body), axes in bodies.items()
+            if kind == "place" and len(axes) > 1 and not self._turn(bodies.get(("turn", body), {}) | axes)
+        }
         return [
             Places(
                 body,
@@ -157,6 +163,9 @@ class Table:
             if not taken & set(four := tuple(range(k, k + 4))) and self._unit_norm(four)
         ]
         taken |= {k for four in turns for k in four} | {k for k, one in enumerate(self.meaning) if one.excluded}
+        for k in range(self.width - 2):  # a direction, or a row of a rotation matrix
+            if not taken & set(three := (k, k + 1, k + 2)) and self._unit_norm(three):
+                taken |= set(three)
         found = []
         for k in range(self.width - 2):
             three = (k, k + 1, k + 2)
