@@ -111,16 +111,21 @@ def table(lines: Sequence[Mapping[str, Any]]) -> list[list[str]]:
     return [list(TABLE_HEAD), *(cells(*key, one) for key, one in by_row.items())]
 
 
-def write(lines: Sequence[Mapping[str, Any]]) -> None:
-    """Write the file of seeds and the table of docs."""
+def keep(lines: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Write the file of seeds; return its lines in the order of the rows."""
     order = list(ROWS)
     kept = sorted(lines, key=lambda line: (order.index(line["row"]), line["string_m"], line["seed"]))
     with SEEDS.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(HEAD)
         writer.writerows([line["row"], *(f"{line[key]:.10g}" for key in HEAD[1:])] for line in kept)
+    return kept
+
+
+def write(lines: Sequence[Mapping[str, Any]]) -> None:
+    """Write the file of seeds and the table of docs."""
     with (DATA / "offline.csv").open("w", newline="") as file:
-        csv.writer(file, lineterminator="\n").writerows(table(kept))
+        csv.writer(file, lineterminator="\n").writerows(table(keep(lines)))
 
 
 def main(words: Sequence[str]) -> None:
@@ -132,7 +137,7 @@ def main(words: Sequence[str]) -> None:
             seeds = [seed for seed in range(FIRST, FIRST + COUNT) if seed not in known]
             for line in measured(row, string_m, seeds) if seeds else ():
                 lines.append(line)
-                write(lines)  # a seed that was measured is never lost
+                keep(lines)  # a seed that was measured is never lost
             print(row, string_m, len(seeds), flush=True)
     write(lines)
 
