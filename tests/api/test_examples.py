@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from tests import warm_command
-from tests.vision.ball_films import write_labelled
 
 ROOT = Path(__file__).resolve().parents[2]
 EXPECTED = {
@@ -24,7 +23,6 @@ EXPECTED = {
 WITH_OTHERS = {
     "learn_with_stable_baselines3.py": ("stable_baselines3", ["dqn", "200", "1"], "dqn: 0."),
     "optuna_over_runs.py": ("optuna", ["home", "1"], "as shipped "),
-    "train_network.py": ("torch", ["labelled", "--steps", "20"], "kendama camera detect images/ --detector network"),
 }
 """Examples with a package that the tests do not bring: the package, arguments, what is printed."""
 
@@ -39,7 +37,6 @@ def test_an_example_with_a_package_of_others_runs(name: str, tmp_path: Path) -> 
     package, words, printed = WITH_OTHERS[name]
     pytest.importorskip(package, reason=f"needs {package} (pip install {package})")
     command = [sys.executable, str(ROOT / "examples" / name), *words]
-    write_labelled(tmp_path / "labelled", range(3))
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     assert printed in done.stdout

@@ -1,1 +1,1 @@
-"""Balls in films of one's own: trained by boxes or found by a network, and tracked."""
+"""Balls in films of one's own: trained by boxes, and tracked."""

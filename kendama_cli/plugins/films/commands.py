@@ -16,12 +16,12 @@ Teach = Annotated[
 ]
 DetectorName = Annotated[
     str | None,
-    typer.Option("--detector", metavar="NAME", help="trained, colour, network, ... [trained, by --train or --box]"),
+    typer.Option("--detector", metavar="NAME", help="trained, colour, ... [trained, by --train or --box]"),
 ]
 DetectorSettingsOption = Annotated[
     list[str] | None,
     typer.Option(
-        "--override", metavar="KEY=VALUE", help="A setting of the detector, such as predict.detector.model=ball.onnx."
+        "--override", metavar="KEY=VALUE", help="A setting of the detector, such as predict.detector.hue_high=30."
     ),
 ]
 Seed = Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the training.")]

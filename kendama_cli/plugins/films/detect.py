@@ -22,7 +22,7 @@ from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, TrainedImage
 from kendama_cli.plugins.films.boxes import image_files, labelled, read_labelled
 from kendama_cli.plugins.films.comparison import compare, scored_boxes
 from kendama_cli.plugins.films.self_training import trained_on_film
-from kendama_cli.plugins.films.settings import NetworkDetectorSettings, TrainedDetectorSettings
+from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import TrainedBall, teach
 from kendama_cli.vision.detection.interface import Detector, Image, Sighting, make_detector
@@ -115,7 +115,7 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TrainedImage] = (), *, w
             return trained_on_film(images, ball, frames, made, threshold=settings.score_min, seed=options.seed)
 
         return Seeing(made(ball), settings.score_min, trained_on)
-    threshold = settings.score_min if isinstance(settings, TrainedDetectorSettings | NetworkDetectorSettings) else 0.5
+    threshold = settings.score_min if isinstance(settings, TrainedDetectorSettings) else 0.5
     return Seeing(make_detector(settings), threshold)
 
 

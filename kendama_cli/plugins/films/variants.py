@@ -7,8 +7,3 @@ TRAINED = Variant(
     settings="kendama_cli.plugins.films.settings:TrainedDetectorSettings",
     makes="kendama_cli.plugins.films.trained_file:trained_detector",
 )
-NETWORK = Variant(
-    "network",
-    settings="kendama_cli.plugins.films.settings:NetworkDetectorSettings",
-    makes="kendama_cli.plugins.films.network_file:network_detector",
-)

@@ -16,7 +16,6 @@ from kendama_cli.log.reader import LogFile
 from kendama_cli.plugins.films.track_output import PlaceMessage, SightingMessage
 from kendama_cli.vision.detection.conformance import disc_image
 from tests.cli.typed import kendama, refused
-from tests.plugins.films.onnx_file import disc_finder
 from tests.vision.ball_films import RATE_HZ, WIDTH, draw_ball, pendulum, textured, write_film, write_labelled
 
 pytestmark = pytest.mark.usefixtures("quick_training")
@@ -119,23 +118,6 @@ def test_without_boxes_the_one_line_says_how_to_draw_them(here, capsys):
     assert "nobody has shown the ball" in line
     assert "by 'kendama camera train FILM'" in line
     assert "--box FRAME:X,Y,W,H" in line
-
-
-def test_a_network_finds_the_ball_in_images(here, capsys):
-    (here / "ball.onnx").write_bytes(disc_finder(160, 120, 14.0))
-    (here / "images").mkdir()
-    for number, place in enumerate([(40.2, 60.0), (115.0, 50.5), ()]):
-        cv2.imwrite(str(here / "images" / f"{number}.png"), disc_image(*([place] if place else [])))
-    words = ["camera", "detect", "images", "--detector", "network", "-o", "found.csv", "--override"]
-    code, _, err = kendama(capsys, *words, "predict.detector.input_px=[160,120]")
-    assert code == 0, err
-    found = rows(here / "found.csv")
-    assert [row["file"] for row in found] == ["images/0.png", "images/1.png"]
-    assert float(found[1]["u_px"]) == pytest.approx(115.0, abs=0.5)
-    code, _, err = kendama(capsys, *words, "predict.detector.model=mine.onnx")
-    assert code == 2
-    assert "mine.onnx" in err
-    assert len(err.strip().splitlines()) == 1
 
 
 def camera(name, x_m, size=(WIDTH, 240)):
