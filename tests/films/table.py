@@ -36,11 +36,18 @@ def searched(film: CorpusFilm, others: list[CorpusFilm]) -> Iterator[tuple[str, 
     for one in shown:
         boxes.setdefault(one.frame, []).append(BallBox(one.x_px, one.y_px, 2 * one.radius_px, 2 * one.radius_px))
     settings = TrainedDetectorSettings(**plain("predict/detector", "trained"))
-    ball = teach([TrainedImage(source[frame], tuple(own)) for frame, own in boxes.items()], 0)
-    frames = ((k / RATE_HZ, image) for k, image in enumerate(images))
-    track = film_track(film.name, frames, TrainedDetector(settings, ball), settings.score_min)
-    pairs = zip(track.frame, track.centre_px, strict=True)
-    yield "trained", {int(frame): (float(u), float(v)) for frame, (u, v) in pairs}, held_out
+    taught = [TrainedImage(source[frame], tuple(own)) for frame, own in boxes.items()]
+    ball = teach(taught, 0)
+    for name, colours_of in (("trained", taught), ("trained, not placed", [])):
+        track = film_track(
+            film.name,
+            lambda: ((k / RATE_HZ, image) for k, image in enumerate(images)),
+            TrainedDetector(settings, ball),
+            settings.score_min,
+            colours_of,
+        )
+        pairs = zip(track.frame, track.centre_px, strict=True)
+        yield name, {int(frame): (float(u), float(v)) for frame, (u, v) in pairs}, held_out
     if source is images:
         yield "template", matched(images, shown[len(shown) // 2]), held_out
     yield "moving blob", roundest_moving_blob(images), held_out

@@ -9,7 +9,7 @@ all of them and what is behind it is not.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -81,11 +81,9 @@ class BallRegion:
     odds: float
     """a pixel's mean log odds within the ball's disc"""
 
-    def placed(self, pixels: Image, sighting: Sighting) -> Sighting:
-        """Move ``sighting`` to the disc that the ball's colours fill in ``pixels`` (h, w, 3); a poor fill scores
-        less.
-        """
-        colours, middle, radius = _colours(pixels, sighting.centre_px, self.seen_px), self.offset, self.radius
+    def placed(self, sighting: Sighting, colours: Bins) -> Sighting:
+        """Move ``sighting`` to the disc that the ball's colours fill in the patch about it; a poor fill scores less."""
+        middle, radius = self.offset, self.radius
         for _ in range(2):
             odds = _log_odds(colours, self.inside, self._about(colours, middle, radius))
             middle = _shifted(odds, self.offset, radius, self.offset)
@@ -105,19 +103,35 @@ class BallRegion:
         return _mixed(_shares(colours[(away > OUTSIDE * radius) & _near(away)]), self.outside, COMMON)
 
 
-def learn_region(images: Sequence[TrainedImage], seen: Sequence[tuple[Image, Sighting]]) -> BallRegion | None:
-    """Learn the ball's region from the boxes of ``images`` and the images ``seen`` of a film.
+def placed(
+    seen: Mapping[int, Sighting], frames: Iterable[Image], images: Sequence[TrainedImage]
+) -> dict[int, Sighting]:
+    """Move what is ``seen`` in a film's ``frames``, by their number, to the disc that the ball's colours fill.
 
-    Each of ``seen`` has the ball's centre to within a radius and its radius to within a third. None if nothing is
-    seen, or
-    the ball's colours are those about it.
+    ``images`` taught the ball by boxes. Nothing is moved if the ball's colours are those about it.
     """
     if not seen:
-        return None
-    seen_px = float(np.median([sighting.radius_px for _, sighting in seen]))
+        return {}
+    seen_px = float(np.median([one.radius_px for one in seen.values()]))
+    patches = {
+        number: _colours(pixels, seen[number].centre_px, seen_px)
+        for number, pixels in enumerate(frames)
+        if number in seen
+    }
+    region = learn_region(images, list(patches.values()), seen_px)
+    if region is None:
+        return dict(seen)
+    return {number: region.placed(seen[number], colours) for number, colours in patches.items()}
+
+
+def learn_region(images: Sequence[TrainedImage], seen: Sequence[Bins], seen_px: float) -> BallRegion | None:
+    """Learn the ball's region from the boxes of ``images`` and the patches ``seen`` in a film.
+
+    Each of ``seen`` has the ball's centre to within a radius and its radius, ``seen_px``, to within a third. None if
+    the ball's colours are those about it.
+    """
     boxed = np.mean([_boxed(image, number) for image in images for number in range(len(image.boxes))], axis=0)
-    some = seen[:: -(-len(seen) // MOST_IMAGES)]
-    patches = [_colours(pixels, sighting.centre_px, seen_px) for pixels, sighting in some]
+    patches = seen[:: -(-len(seen) // MOST_IMAGES)]
     middles, radius, inside = [np.zeros(2) for _ in patches], PATCH_RADIUS_PX, boxed
     for number in range(ROUNDS):
         away = [_away(middle) for middle in middles]

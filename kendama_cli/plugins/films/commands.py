@@ -91,15 +91,6 @@ def camera_detect(
     detect_balls(images, output, options, score, as_json=as_json)
 
 
-SelfTraining = Annotated[
-    bool,
-    typer.Option(
-        "--self-training/--no-self-training",
-        help="Learn on from the video if boxes teach the ball: from moving sightings and their surroundings.",
-    ),
-]
-
-
 def camera_track(
     videos: Annotated[list[Path], typer.Argument(metavar="VIDEO...", help="A film per camera.")],
     output: Annotated[
@@ -131,7 +122,6 @@ def camera_track(
     overlay: Annotated[
         Path | None, typer.Option(metavar="FILM", help="The first film with the track drawn in (.webm).")
     ] = None,
-    self_training: SelfTraining = True,
     seed: Seed = 0,
     as_json: Json = False,
     home: Home = None,
@@ -151,6 +141,6 @@ def camera_track(
         videos,
         output,
         seeing,
-        TrackOptions(calibration, ball_mm, tuple(box or ()), same_clock, overlay, self_training),
+        TrackOptions(calibration, ball_mm, tuple(box or ()), same_clock, overlay),
         as_json=as_json,
     )

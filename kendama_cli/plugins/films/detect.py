@@ -5,9 +5,8 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -21,11 +20,10 @@ from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, TrainedImage
 from kendama_cli.plugins.films.boxes import image_files, labelled, read_labelled
 from kendama_cli.plugins.films.comparison import compare, scored_boxes
-from kendama_cli.plugins.films.self_training import trained_on_film
 from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import TrainedBall, teach
-from kendama_cli.vision.detection.interface import Detector, Image, Sighting, make_detector
+from kendama_cli.vision.detection.interface import Detector, Sighting, make_detector
 from kendama_cli.vision.settings import DetectorSettings
 
 
@@ -46,12 +44,11 @@ class SeeingOptions:
 
 @dataclass(frozen=True)
 class Seeing:
-    """A detector and the score from which its sightings count."""
+    """A detector, the score from which its sightings count, and the images whose boxes taught it."""
 
     detector: Detector
     threshold: float
-    trained_on: Callable[[Sequence[Image]], Detector] | None = None
-    """makes a detector that learns on from frames in a row of the film, where boxes taught the ball"""
+    taught: Sequence[TrainedImage] = ()
 
 
 def train_ball(folder: Path, output: Path, seed: int) -> None:
@@ -109,12 +106,7 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TrainedImage] = (), *, w
         if options.teach is not None:
             images += [read_labelled(one) for one in labelled(options.teach) if one.image.resolve() != without]
         ball = trained(options.teach or Path("--box"), images, options.seed)
-        made = partial(TrainedDetector, settings)
-
-        def trained_on(frames: Sequence[Image]) -> Detector:
-            return trained_on_film(images, ball, frames, made, threshold=settings.score_min, seed=options.seed)
-
-        return Seeing(made(ball), settings.score_min, trained_on)
+        return Seeing(TrainedDetector(settings, ball), settings.score_min, images)
     threshold = settings.score_min if isinstance(settings, TrainedDetectorSettings) else 0.5
     return Seeing(make_detector(settings), threshold)
 

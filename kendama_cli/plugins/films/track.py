@@ -13,14 +13,13 @@ import numpy as np
 from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
-from kendama_cli.devices.camera.video import VideoFile
-from kendama_cli.errors import InputError, UsageError
+from kendama_cli.devices.camera.video import VideoFile, video_faults
+from kendama_cli.errors import InputError, StageError, UsageError
 from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
-from kendama_cli.plugins.films.ball_film import FilmTrack
-from kendama_cli.plugins.films.detect import SeeingOptions, detector_name, open_seeing
+from kendama_cli.plugins.films.ball_film import FilmTrack, film_track
+from kendama_cli.plugins.films.detect import Seeing, SeeingOptions, detector_name, open_seeing
 from kendama_cli.plugins.films.draw import boxes_for_track
 from kendama_cli.plugins.films.film_positions import FilmPositions, clock_offsets, from_one, from_several
-from kendama_cli.plugins.films.film_tracking import checked_length, tracked
 from kendama_cli.plugins.films.track_output import refuse_track, write_track
 from kendama_cli.plugins.films.track_overlay import draw_track
 from kendama_cli.vision.cameras.camera_model import CameraModel
@@ -35,7 +34,6 @@ class TrackOptions:
     boxes: tuple[str, ...]
     same_clock: bool
     overlay: Path | None
-    self_training: bool
 
 
 def track_films(
@@ -54,12 +52,9 @@ def track_films(
     if not boxes and seeing.teach is None and seeing.detector is None:
         seeing = replace(seeing, teach=boxes_for_track(paths[0]))
     detector_name(seeing, boxes=bool(boxes))  # told before films are read
-    lengths = [checked_length(film) for film in films]
+    lengths = [_checked_length(film) for film in films]
     opened = open_seeing(seeing, _shown(films[0], lengths[0], boxes))
-    tracks = [
-        tracked(film, frames, opened, self_training=options.self_training)
-        for film, frames in zip(films, lengths, strict=True)
-    ]
+    tracks = [_tracked(film, frames, opened) for film, frames in zip(films, lengths, strict=True)]
     tracks = [one.exposed(camera) for one, camera in zip(tracks, cameras, strict=True)] if cameras else tracks
     positions = _positions(paths, tracks, cameras, options)
     write_track(output, tracks, positions)
@@ -164,6 +159,26 @@ def _shown(film: VideoFile, frames: int, boxes: Sequence[_Box]) -> list[TrainedI
         wanted.setdefault(box.frame, []).append(BallBox(*middle, box.width, box.height))
     shown = islice(film.frames(), max(wanted, default=-1) + 1)
     return [TrainedImage(one[1], tuple(wanted[number])) for number, one in enumerate(shown) if number in wanted]
+
+
+def _checked_length(film: VideoFile) -> int:
+    """Return the number of frames of a film; what is wrong with them is told."""
+    times_s = film.times_s()
+    for fault in video_faults(film, times_s):
+        render.note(fault)
+    return len(times_s)
+
+
+def _tracked(film: VideoFile, frames: int, seeing: Seeing) -> FilmTrack:
+    """Return the ball's track in a film of so many frames; raises StageError where no ball is found."""
+    found = film_track(film.name, film.frames, seeing.detector, seeing.threshold, seeing.taught)
+    if not len(found.t_s):
+        raise StageError(
+            f"{film.path}: no ball found: it is seen in no frame; teach it by boxes: --box FRAME:X,Y,W,H, 3 to 10 of "
+            "them, in several frames"
+        )
+    render.note(f"{film.path}: the ball is seen in {len(found.t_s)} of {frames} frames")
+    return found
 
 
 def _positions(

@@ -40,7 +40,7 @@ def test_boxes_drawn_on_the_page_are_tracked_at_once(here):
     (here / "hand").write_text(BROWSER.format(python=sys.executable, truth=str(here / "truth.json")))
     (here / "hand").chmod(0o755)
     host, terminal = pty.openpty()
-    words = ["camera", "track", "swing.avi", "-o", "swing.csv", "--json", "--no-self-training"]
+    words = ["camera", "track", "swing.avi", "-o", "swing.csv", "--json"]
     done = subprocess.run(
         [sys.executable, "-m", "kendama_cli.cli.main", *words],
         env=os.environ | {"BROWSER": str(here / "hand")},
