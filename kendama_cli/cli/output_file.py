@@ -12,7 +12,7 @@ from kendama_cli.store.durable import write_file
 def refuse_output(output: Path, what: str = "", *endings: str, option: str = "-o") -> None:
     """Raise UsageError where ``output``, named by ``option``, cannot be written.
 
-    ``what`` says of what kind it is ("a track is a CSV or an MCAP log"), ``endings`` the names' endings that are
+    ``what`` says of what kind it is ("a track is a CSV"), ``endings`` the names' endings that are
     allowed, any without one. Folders that are not there are made when it is written. Whether a folder takes a file is
     found by making one in it: permissions do not tell of a file system that is mounted for reading only.
     """

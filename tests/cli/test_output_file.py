@@ -18,7 +18,7 @@ TRACK = ["camera", "track", "nowhere.mp4"]
     [
         ([*TRACK, "-o", "folder"], "-o folder: it is a folder; name a file in it, such as folder/output.csv"),
         ([*TRACK, "-o", "file/track.csv"], "-o file/track.csv: file is no folder; name another one"),
-        ([*TRACK, "-o", "track.xls"], "a track is a CSV or an MCAP log; name it track.csv or track.mcap"),
+        ([*TRACK, "-o", "track.xls"], "a track is a CSV; name it track.csv"),
         ([*TRACK, "--overlay", "seen.avi"], "--overlay seen.avi: it is written as WebM; name it seen.webm"),
         (
             [*TRACK, "--overlay", "file/in/seen.webm"],

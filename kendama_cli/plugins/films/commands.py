@@ -95,12 +95,7 @@ def camera_track(
     videos: Annotated[list[Path], typer.Argument(metavar="VIDEO...", help="A film per camera.")],
     output: Annotated[
         Path,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help="The track: a row per frame with the ball (.csv), or .mcap.",
-        ),
+        typer.Option("-o", "--output", metavar="FILE", help="The track: a row per frame with the ball."),
     ] = Path("throws.csv"),
     calibration: Annotated[
         Path | None,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.cli import render
-from kendama_cli.cli.output_file import refuse_output
+from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
 from kendama_cli.devices.camera.video import VideoFile, video_faults
 from kendama_cli.errors import InputError, StageError, UsageError
@@ -20,7 +20,7 @@ from kendama_cli.plugins.films.ball_film import FilmTrack, film_track
 from kendama_cli.plugins.films.detect import Seeing, SeeingOptions, detector_name, open_seeing
 from kendama_cli.plugins.films.draw import boxes_for_track
 from kendama_cli.plugins.films.film_positions import FilmPositions, clock_offsets, from_one, from_several
-from kendama_cli.plugins.films.track_output import refuse_track, write_track
+from kendama_cli.plugins.films.track_output import track_table
 from kendama_cli.plugins.films.track_overlay import draw_track
 from kendama_cli.vision.cameras.camera_model import CameraModel
 
@@ -43,7 +43,7 @@ def track_films(
 
     Raises UsageError or InputError, with nothing written, where films, calibration and boxes do not fit together.
     """
-    refuse_track(output)
+    refuse_output(output, "a track is a CSV", ".csv")
     if options.overlay is not None:
         refuse_output(options.overlay, "it is written as WebM", ".webm", option="--overlay")
     boxes = [_box(text) for text in options.boxes]
@@ -57,7 +57,7 @@ def track_films(
     tracks = [_tracked(film, frames, opened) for film, frames in zip(films, lengths, strict=True)]
     tracks = [one.exposed(camera) for one, camera in zip(tracks, cameras, strict=True)] if cameras else tracks
     positions = _positions(paths, tracks, cameras, options)
-    write_track(output, tracks, positions)
+    write_output(output, track_table(tracks[0], positions))
     if options.overlay is not None:
         draw_track(films[0], tracks[0], options.overlay)
     document = _document(output, tracks, positions)
