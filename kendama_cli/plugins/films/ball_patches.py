@@ -18,11 +18,13 @@ Values = NDArray[np.float32]
 LONGEST_BLUR = 2.5
 """In ball radii."""
 BLURRED = 0.7
+RIM = 0.95
+"""The part of a box's ellipse that surely shows the ball."""
 ZOOM = 0.15
 """A ball is shown larger or smaller by up to this part."""
 
 
-def _zoomed(
+def zoomed(
     crop: Image, free: NDArray[np.bool_], middle_px: tuple[float, float], rng: np.random.Generator
 ) -> tuple[Image, NDArray[np.bool_], float]:
     """Scale the crop (h, w, 3) about ``middle_px`` (column, row); return it, its ball-free mask (h, w), and the
@@ -39,14 +41,36 @@ def _zoomed(
     return made, np.asarray(shows_none, dtype=np.bool_), factor
 
 
-def _varied(crop: Image, rng: np.random.Generator) -> Image:
+def varied(crop: Image, rng: np.random.Generator) -> Image:
     """Vary the crop: other light, and mostly blurred along a line."""
     values = crop.astype(np.float32)
     if rng.random() < BLURRED:
-        line = _line(rng.uniform(2, LONGEST_BLUR * BALL_PX), rng.uniform(0, np.pi))
-        values = np.asarray(cv2.filter2D(values, -1, line), dtype=np.float32)
+        values = np.asarray(cv2.filter2D(values, -1, _any_line(rng)), dtype=np.float32)
+    return _lit(values, rng)
+
+
+def before(background: Image, crop: Image, half_boxes: NDArray[np.float64], rng: np.random.Generator) -> Image:
+    """Put the ball of the ``crop`` before a ``background`` of the same shape, mostly blurred by its own motion.
+
+    ``half_boxes`` (h, w) is each pixel's distance from the box's middle, in half boxes.
+    """
+    cover = np.clip((RIM - half_boxes) * BALL_PX + 0.5, 0, 1).astype(np.float32)[..., None]
+    ball = cover * crop.astype(np.float32) * np.float32(rng.uniform(0.85, 1.15))
+    if rng.random() < BLURRED:
+        line = _any_line(rng)
+        ball = np.asarray(cv2.filter2D(ball, -1, line), dtype=np.float32)
+        cover = np.asarray(cv2.filter2D(cover, -1, line), dtype=np.float32)[..., None]
+    return _lit(ball + (1 - cover) * background.astype(np.float32), rng)
+
+
+def _lit(values: Values, rng: np.random.Generator) -> Image:
     values = values * np.float32(rng.uniform(0.8, 1.25)) * rng.uniform(0.94, 1.06, 3).astype(np.float32)
     return np.clip(np.rint(values), 0, 255).astype(np.uint8)
+
+
+def _any_line(rng: np.random.Generator) -> Values:
+    length, angle = rng.uniform(2, LONGEST_BLUR * BALL_PX), rng.uniform(0, np.pi)
+    return _line(length, angle)
 
 
 def _line(length_px: float, angle_rad: float) -> Values:
@@ -64,10 +88,13 @@ INSIDE, OUTSIDE = 0.35, 1.1
 """In half boxes: patches nearer to the box's middle show the ball, patches farther do not, the rest is left out."""
 LIKE_RADIUS = (0.8, 1.25)
 """An image teaches the ball at a scale where its radius comes within this part of BALL_PX."""
-VARIED = 24
+VARIED = 12
 """Blurred, zoomed and otherwise lit copies of each ball."""
+ELSEWHERE = 12
+"""Copies of each ball before what else the images show: with few boxes its own backgrounds would be learned with it."""
 COPY_RADII = 7.5
 """A copy reaches so many radii beyond the ball's places."""
+TRIES = 10
 OTHERS_AN_IMAGE, OTHERS_A_COPY = 1500, 60
 MOST_PATCHES = 1_500_000
 """Of an image that shows more places to look at than this at the finest of SCALES, a part about its boxes teaches."""
@@ -93,7 +120,7 @@ def all_patches(images: Sequence[TrainedImage], rng: np.random.Generator) -> lis
     found: list[Patches] = []
     for scale in SCALES:
         views = [_view(number, image, BALL_PX / (radius_px * scale)) for number, image in enumerate(images)]
-        found += [_collect(view, rng) for view in views]
+        found += [_collect(view, views, rng) for view in views]
     return found
 
 
@@ -155,8 +182,8 @@ def _viewed(columns: NDArray[np.float64], rows: NDArray[np.float64], box: BallBo
     return _ViewedBall(box.radius_px * scale, (u, v), away)
 
 
-def _collect(view: _View, rng: np.random.Generator) -> Patches:
-    """Collect the patches of one image at one scale."""
+def _collect(view: _View, views: Sequence[_View], rng: np.random.Generator) -> Patches:
+    """Collect the patches of one image at one scale; ``views`` are all images at that scale."""
     features, outside = patch_features(view.pixels), view.outside
     uncopied: list[Features] = []
     balls: list[Features] = []
@@ -165,7 +192,7 @@ def _collect(view: _View, rng: np.random.Generator) -> Patches:
         inside = ball.distance < INSIDE
         if inside.any() and LIKE_RADIUS[0] < ball.radius_px / BALL_PX < LIKE_RADIUS[1]:
             uncopied.append(features[inside])
-            copies, beside = _copies(view, ball, rng)
+            copies, beside = _copies(view, ball, views, rng)
             balls += [uncopied[-1], copies]
             others.append(beside)
     places = np.argwhere(outside)
@@ -176,7 +203,9 @@ def _collect(view: _View, rng: np.random.Generator) -> Patches:
     return Patches(view.number, tuple(uncopied), tuple(balls), tuple(others), elsewhere)
 
 
-def _copies(view: _View, ball: _ViewedBall, rng: np.random.Generator) -> tuple[Features, Features]:
+def _copies(
+    view: _View, ball: _ViewedBall, views: Sequence[_View], rng: np.random.Generator
+) -> tuple[Features, Features]:
     """Features of a ball's places, and of some places about them, in varied copies of the image about the ball."""
     reach, inside = round(COPY_RADII * BALL_PX), np.argwhere(ball.distance < INSIDE)
     (top, left), (bottom, right) = np.maximum(inside.min(axis=0) - reach, 0), inside.max(axis=0) + reach
@@ -184,11 +213,31 @@ def _copies(view: _View, ball: _ViewedBall, rng: np.random.Generator) -> tuple[F
     middle = ball.middle_px[0] - left, ball.middle_px[1] - top
     empty = np.empty((0, COUNT), dtype=np.float32)
     balls, others = [empty], [empty]
-    for _ in range(VARIED):
-        crop, free, factor = _zoomed(view.pixels[part], view.outside[part], middle, rng)
-        features, places = patch_features(_varied(crop, rng)), np.argwhere(free)
-        balls.append(features[ball.distance[part] / factor < INSIDE])
+    for number in range(VARIED + ELSEWHERE):
+        crop, free, factor = zoomed(view.pixels[part], view.outside[part], middle, rng)
+        near = ball.distance[part] / factor
+        background = _background(views, near.shape[0], near.shape[1], rng) if number >= VARIED else None
+        if background is None:
+            copy = varied(crop, rng)
+        else:
+            copy, free = before(background, crop, near, rng), near > OUTSIDE
+        features, places = patch_features(copy), np.argwhere(free)
+        balls.append(features[near < INSIDE])
         if len(places):
             some = places[rng.integers(0, len(places), OTHERS_A_COPY)]
             others.append(features[some[:, 0], some[:, 1]])
     return np.concatenate(balls), np.concatenate(others)
+
+
+def _background(views: Sequence[_View], height: int, width: int, rng: np.random.Generator) -> Image | None:
+    """Sample a part (height, width, 3) of one of the images that shows no ball; None if none is found."""
+    for _ in range(TRIES):
+        view = views[int(rng.integers(len(views)))]
+        down, right = view.outside.shape[0] - height, view.outside.shape[1] - width
+        if min(down, right) < 0:
+            continue
+        row, column = int(rng.integers(down + 1)), int(rng.integers(right + 1))
+        part = slice(row, row + height), slice(column, column + width)
+        if view.outside[part].all():
+            return view.pixels[part]
+    return None

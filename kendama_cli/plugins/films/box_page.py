@@ -39,8 +39,7 @@ class BoxPage:
 
     def serve(self) -> list[str]:
         """Serve until the person has done; the lines that ``write`` gave. A KeyboardInterrupt goes through."""
-        for work in (self._boxes.compare, lambda: self._server.serve_forever(0.1)):
-            threading.Thread(target=work, daemon=True).start()
+        threading.Thread(target=lambda: self._server.serve_forever(0.1), daemon=True).start()
         try:
             while not self._done.wait(0.2):  # a wait without end would keep Ctrl-C
                 pass

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, TrainedImage
-from kendama_cli.plugins.films.ball_patches import Patches, all_patches
+from kendama_cli.plugins.films.ball_patches import Patches
 from kendama_cli.plugins.films.patch_training import trained
 
 CHECK_STEPS = 300
@@ -22,72 +21,35 @@ LEAST_SHARE = 1e-4
 """Less is not told apart: an image has some ten thousand places."""
 
 
-@dataclass(frozen=True)
-class BoxSimilarity:
-    """Similarity of one image to the boxes of all others.
+def refuse_unlike(images: Sequence[TrainedImage], patches: Sequence[Patches], rng: np.random.Generator) -> None:
+    """Raise ValueError if a box shows something else than the others do, or all have nothing in common.
 
-    It is the part of the image that looks more like them than its own box and all copies of that do (the least of
-    all
-    scales), and than its own box as it is does.
+    A classifier learns the boxes of all images but one, and looks at that one: which part of it looks more like those
+    boxes than its own box does, as it is (``unlike``) and with all copies of it (``odd``, the least of all scales). Of
+    boxes anywhere each part is uniform in 0..1, and the geometric mean is that of Fisher's test of them all together.
+    Fewer than FEWEST_BOXES are not compared.
     """
-
-    image: int
-    share: float
-    share_uncopied: float
-
-
-def compared(
-    images: Sequence[TrainedImage], patches: Sequence[Patches], rng: np.random.Generator
-) -> list[BoxSimilarity]:
-    """Compare each of ``images`` that has boxes with those of the others; nothing for under FEWEST_BOXES."""
     boxed = [number for number, image in enumerate(images) if image.boxes]
-    if len(boxed) < FEWEST_BOXES:
-        return []
-    found = []
-    for number in boxed:
-        of_image = [one for one in patches if one.image == number]
-        own = [one for one in of_image if one.balls]
+    unlike = []
+    for number in boxed if len(boxed) >= FEWEST_BOXES else ():
+        own = [one for one in patches if one.image == number]
         others = [one for one in patches if one.image != number]
-        if not own or not any(one.balls for one in others):
+        if not any(one.balls for one in own) or not any(one.balls for one in others):
             continue
         classifier = trained(others, CHECK_STEPS, 1, rng)
-        elsewhere = {id(one): classifier.log_odds(one.elsewhere) for one in of_image}
-        best = [max(float(classifier.log_odds(ball).max()) for ball in one.balls) for one in own]
-        share = min(float((elsewhere[id(one)] > most).mean()) for one, most in zip(own, best, strict=True))
+        elsewhere = [classifier.log_odds(one.elsewhere) for one in own]
+        best = [max((float(classifier.log_odds(ball).max()) for ball in one.balls), default=np.inf) for one in own]
+        odd = min(float((some > most).mean()) for some, most in zip(elsewhere, best, strict=True) if most < np.inf)
+        if odd > ODD_SHARE:
+            box = images[number].boxes[0]
+            raise ValueError(
+                f"the box at {box.u_px:.0f},{box.v_px:.0f} in image {number + 1} shows something else than the other "
+                f"boxes: {odd:.0%} of that image looks more like them"
+            )
         uncopied = max(float(classifier.log_odds(ball).max()) for one in own for ball in one.uncopied)
-        everywhere = np.concatenate(list(elsewhere.values()))
-        found.append(BoxSimilarity(number, share, float((everywhere > uncopied).mean())))
-    return found
-
-
-def odd_boxes(similarity: Sequence[BoxSimilarity]) -> dict[int, float]:
-    """Return the images whose box shows something else than the others, with the fraction that says so."""
-    return {one.image: one.share for one in similarity if one.share > ODD_SHARE}
-
-
-def unlike_share(similarity: Sequence[BoxSimilarity]) -> float:
-    """Return the geometric mean over the images of the part that looks more like the other boxes than the own box
-    does.
-
-    Above UNLIKE_SHARE the boxes have nothing in common that tells them from the rest; 0 if nothing was compared. Of
-    boxes
-    anywhere each part is uniform in 0..1, and the mean is that of Fisher's test of them all together.
-    """
-    if not similarity:
-        return 0.0
-    return float(np.exp(np.mean(np.log([max(one.share_uncopied, LEAST_SHARE) for one in similarity]))))
-
-
-def odd_images(images: Sequence[TrainedImage], seed: int = 0) -> dict[int, float]:
-    """Return the images whose box training would refuse for showing something else.
-
-    Each has the part that looks more like the other boxes than its own does; all of them if the boxes have nothing
-    in
-    common.
-    """
-    rng = np.random.default_rng(seed)
-    similarity = compared(images, all_patches(images, rng), rng)
-    odd = odd_boxes(similarity)
-    if odd or unlike_share(similarity) <= UNLIKE_SHARE:
-        return odd
-    return {one.image: one.share_uncopied for one in similarity}
+        unlike.append(float((np.concatenate(elsewhere) > uncopied).mean()))
+    if unlike and (share := float(np.exp(np.mean(np.log(np.maximum(unlike, LEAST_SHARE)))))) > UNLIKE_SHARE:
+        raise ValueError(
+            f"the {sum(len(image.boxes) for image in images)} boxes do not show one ball: {share:.1%} of their images "
+            f"looks more like the other boxes than each of them does, allowed: {UNLIKE_SHARE:.0%}"
+        )

@@ -10,7 +10,6 @@ from typing import Any
 
 from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, LEAST_CONTRAST, LEAST_SIDE_PX, BallBox, TrainedImage
-from kendama_cli.plugins.films.box_similarity import odd_images
 from kendama_cli.plugins.films.boxes import read_boxes, write_labelled
 from kendama_cli.plugins.films.film_stills import Stills
 
@@ -20,17 +19,14 @@ Drawn = tuple[BallBox, ...]
 class DrawnBoxes:
     """Boxes by frame: one about the ball, none where it is said that there is no ball.
 
-    A box on a plain surface is known at once; whether all boxes show one ball is computed by ``compare``, which runs in
-    a thread of its own and after every change begins anew.
+    A box on a plain surface is known at once; boxes that show different things are refused by the training.
     """
 
     def __init__(self, stills: Stills, drawn: Mapping[int, Drawn]) -> None:
         self.stills = stills
         self._drawn: dict[int, Drawn] = {frame: boxes for frame, boxes in drawn.items() if frame in stills.jpeg}
         self._plain = {frame: said for frame, boxes in self._drawn.items() if (said := self._plainness(frame, boxes))}
-        self._odd: dict[int, str] = {}
-        self._version, self._compared = 1, 0
-        self._changed = threading.Condition()
+        self._changed = threading.Lock()
 
     def put(self, frame: int, sides_px: Sequence[float] | None) -> None:
         """Take what is in a frame: left, top, width, height [px], nothing for no ball, None to take it back.
@@ -48,27 +44,6 @@ class DrawnBoxes:
                 self._drawn[frame] = boxes
             if plain is not None:
                 self._plain[frame] = plain
-            self._odd.pop(frame, None)
-            self._version += 1
-            self._changed.notify_all()
-
-    def compare(self) -> None:
-        """Compare the boxes with each other after every change, for ever."""
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._compared != self._version)
-                version, drawn = self._version, self._sound()
-            shown = [TrainedImage(self.stills.pixels(frame), boxes) for frame, boxes in drawn.items()]
-            odd = odd_images(shown) if len(shown) >= FEWEST_BOXES else {}
-            frames = list(drawn)
-            with self._changed:
-                if version == self._version:
-                    self._compared = version
-                    self._odd = {
-                        frames[number]: f"It shows something else than the other boxes: {share:.0%} of this image "
-                        "looks more like them."
-                        for number, share in odd.items()
-                    }
 
     def document(self) -> dict[str, Any]:
         """Return the page's whole content."""
@@ -80,8 +55,7 @@ class DrawnBoxes:
                 "stills": list(self.stills.jpeg),
                 "offered": sorted({*self.stills.offered, *self._drawn}),
                 "boxes": {frame: _sides(boxes) for frame, boxes in self._drawn.items()},
-                "warnings": {**self._odd, **self._plain},
-                "comparing": self._compared != self._version,
+                "warnings": dict(self._plain),
                 "least": FEWEST_BOXES,
             }
 
@@ -91,10 +65,10 @@ class DrawnBoxes:
             boxed = sum(bool(boxes) for boxes in self._drawn.values())
             if boxed < FEWEST_BOXES:
                 return f"{boxed} boxes are drawn: {FEWEST_BOXES} are the least"
-            if self._plain or self._odd:
-                frames = ", ".join(map(str, sorted({*self._plain, *self._odd})))
-                return f"the boxes in frames {frames} show no ball, or another one: draw them anew or remove them"
-            return "the boxes are still being compared" if self._compared != self._version else None
+            if self._plain:
+                frames = ", ".join(map(str, sorted(self._plain)))
+                return f"the boxes in frames {frames} show no ball: draw them anew or remove them"
+            return None
 
     def write(self, film: VideoFile, folder: Path) -> tuple[int, int]:
         """Write the frames, as the film has them, with their boxes; the number of images and of boxes.
@@ -111,9 +85,6 @@ class DrawnBoxes:
                 (folder / "images" / f"{_name(film, number)}.png").unlink(missing_ok=True)
                 (folder / "labels" / f"{_name(film, number)}.txt").unlink()
         return len(drawn), sum(len(boxes) for boxes in drawn.values())
-
-    def _sound(self) -> dict[int, Drawn]:
-        return {frame: boxes for frame, boxes in self._drawn.items() if boxes and frame not in self._plain}
 
     def _box(self, sides_px: Sequence[float]) -> BallBox:
         left, top, width, height = sides_px

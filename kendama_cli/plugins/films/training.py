@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.plugins.films.ball_box import TrainedImage, refuse_boxes
 from kendama_cli.plugins.films.ball_patches import all_patches, median_radius_px
-from kendama_cli.plugins.films.box_similarity import UNLIKE_SHARE, compared, odd_boxes, unlike_share
+from kendama_cli.plugins.films.box_similarity import refuse_unlike
 from kendama_cli.plugins.films.patch_classifier import PatchClassifier, Values, standardised
 from kendama_cli.plugins.films.patch_features import COUNT
 from kendama_cli.plugins.films.patch_training import trained
@@ -90,20 +90,8 @@ def teach(images: Sequence[TrainedImage], seed: int = 0) -> TrainedBall:
     images with boxes on) where a box shows something else than the others do, or none shows what others do.
     """
     refuse_boxes(images)
-    boxes = [box for image in images for box in image.boxes]
     rng = np.random.default_rng(seed)
     patches = all_patches(images, rng)
-    similarity = compared(images, patches, rng)
-    for number, share in odd_boxes(similarity).items():
-        box = images[number].boxes[0]
-        raise ValueError(
-            f"the box at {box.u_px:.0f},{box.v_px:.0f} in image {number + 1} shows something else than the other "
-            f"boxes: {share:.0%} of that image looks more like them"
-        )
-    if (share := unlike_share(similarity)) > UNLIKE_SHARE:
-        raise ValueError(
-            f"the {len(boxes)} boxes do not show one ball: {share:.1%} of their images looks more like the other boxes "
-            f"than each of them does, allowed: {UNLIKE_SHARE:.0%}"
-        )
+    refuse_unlike(images, patches, rng)
     classifiers = tuple(trained(patches, STEPS, ROUNDS, rng) for _ in range(CLASSIFIERS))
     return TrainedBall(median_radius_px(images), classifiers)

@@ -31,7 +31,6 @@ async function refresh(path = 'state', body) {
     return;
   }
   show();
-  if (state.comparing) setTimeout(() => { if (number === sent) refresh(); }, 400);
 }
 function put(value) {  // null: nothing said of this image; []: no ball in it
   box = value && value.length ? value : null;
@@ -208,7 +207,7 @@ function show() {
     return;
   }
   $('film').textContent = state.film;
-  $('count').textContent = `${boxed} taught` + (boxed < state.least ? `; ${state.least} are the least, 10 are plenty` : state.comparing ? '; comparing them' : '');
+  $('count').textContent = `${boxed} taught` + (boxed < state.least ? `; ${state.least} are the least, 10 are plenty` : '');
   $('done').disabled = Boolean(state.missing); $('done').title = state.missing || `Write them to ${state.folder}`;
   const told = state.boxes[frame], warning = state.warnings[frame];
   const line = document.createElement('span');
