@@ -139,11 +139,11 @@ def detect_balls(
             rows.writerow((str(file), f"{u:.2f}", f"{v:.2f}", f"{one.radius_px:.2f}", f"{one.score:.4f}"))
     write_output(output, text.getvalue().encode())
     seen = sum(bool(sightings) for sightings in found.values())
-    figures = {"images": len(files), "seen": seen, "output": str(output)}
+    figures = {"images": len(files), "seen": seen, "threshold": seeing.threshold, "output": str(output)}
     scored = None if score is None else dataclasses.asdict(compare(candidates, score, seeing.threshold))
     if as_json:
         render.document(figures | ({} if scored is None else scored))
         return
-    render.text(f"{output}: the ball is seen in {seen} of {len(files)} images")
+    render.text(f"{output}: the ball is seen in {seen} of {len(files)} images (score {seeing.threshold:g} or more)")
     if scored is not None:
         render.table([(name, render.figure(value)) for name, value in scored.items()])
