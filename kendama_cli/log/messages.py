@@ -84,7 +84,7 @@ class ReplayMessage:
 
     ``t_s`` (n,) counts from the game's start, ``cup_m``, ``cup_axis`` and ``ball_m`` (3 n) are positions of the cup and
     of the ball and the cup's unit axis in the world, one after another. Crossings of the rim's plane count from
-    ``since_s`` on; ``miss_m`` is nan where there was none. ``rope_kg`` is 0 where the rope had no mass.
+    ``since_s`` on; ``miss_m`` is nan where there was none. ``rope_kg`` is 0 but in older logs: our rope has no mass.
     """
 
     index: int

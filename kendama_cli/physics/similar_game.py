@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from kendama_cli.settings.game import LEAST_ROPE_KG, GameSettings
+from kendama_cli.settings.game import GameSettings
 
 POWERS = {
     "length_m": 1.0,
@@ -29,10 +29,8 @@ def similar_game(game: GameSettings, size: float) -> GameSettings:
 
     Gravity g stays, so that times grow by sqrt(size) and accelerations stay (Froude's similarity: v^2 / (g l) is the
     same). Masses and so all forces grow by size^3; a force that grows with length, speed or speed squared has a
-    coefficient that grows by size^2, size^2.5 or size^2. A rope lighter than LEAST_ROPE_KG has no mass.
+    coefficient that grows by size^2, size^2.5 or size^2.
     """
-    if 0.0 < game.rope.mass_kg * size ** POWERS["mass_kg"] < LEAST_ROPE_KG:
-        game = dataclasses.replace(game, rope=dataclasses.replace(game.rope, mass_kg=0.0))
     made: GameSettings = _scaled(game, size)
     return made
 

@@ -9,34 +9,19 @@ from typing import Literal
 from kendama_cli.errors import ConfigError
 from kendama_cli.schema.settings import setting
 
-LEAST_ROPE_KG = 1e-5
-"""A lighter chain would need shorter sub-steps, and differs from a spring by less than 0.1 mm."""
-
 FROM_EDGE_M = 0.002
 """A tie on the wall is at least so far from rim and floor."""
 
 
 @dataclass(frozen=True)
 class RopeSettings:
-    """A spring and damper that never pushes; with a mass, a chain of links between it and the cup."""
+    """A spring and damper without mass that never pushes."""
 
     length_m: float = setting(
         "Length l0 of the rope without tension, from the tie point to the ball's centre [m].", above=0
     )
     stiffness_n_m: float = setting("Stiffness Ks of the rope [N/m].", above=0)
     damping_n_s_m: float = setting("Damping Kd of the rope [N s/m].", at_least=0)
-    mass_kg: float = setting(
-        "Mass of the whole rope, simulated in DART as a chain of links [kg]. 0 makes it a spring without mass.",
-        at_least=0,
-        at_most=0.02,
-    )
-
-    def __post_init__(self) -> None:
-        if 0.0 < self.mass_kg < LEAST_ROPE_KG:
-            raise ConfigError(
-                "mass_kg",
-                f"'mass_kg' is {self.mass_kg:g}; allowed: 0, a spring without mass, or {LEAST_ROPE_KG:g} to 0.02",
-            )
 
 
 @dataclass(frozen=True)
@@ -190,12 +175,6 @@ class GameSettings:
                 "ball.radius_m",
                 f"'ball.radius_m' is {self.ball.radius_m:g}: the ball does not fit into the cup; allowed: below "
                 f"cup.radius_m, which is {self.cup.radius_m:g}",
-            )
-        if self.rope.mass_kg > 0.0 and isinstance(self.cup.tie, SideTie):
-            raise ConfigError(
-                "cup.tie.kind",
-                "'cup.tie.kind' is side: a rope with mass is tied on the cup's axis; choose game/cup=floor or handle, "
-                "or simulation/rope=spring",
             )
         around_m = self.way_into_cup_m
         if self.rope.length_m <= around_m:

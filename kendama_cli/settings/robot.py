@@ -156,12 +156,6 @@ class Imperfection:
         at_least=0,
         below=1,
     )
-    rope_kg: float | None = setting(
-        "Mass of the rope, simulated as a chain of links [kg]. Null takes the game's; 0 makes it a spring without "
-        "mass.",
-        at_least=0,
-        at_most=0.02,
-    )
     ball_start_m: float = setting(
         "The ball starts up to this far from its nominal position along x, either way, sampled at every reset [m].",
         at_least=0,

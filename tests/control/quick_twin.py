@@ -26,7 +26,7 @@ class QuickTwin:
     """The cup is a cart that follows its command with the twin's latency and lag; the ball swings in the plane.
 
     Of an Imperfection the rope, the ball's mass and start, air, tie friction, tilt of gravity, latency, lag and all of
-    tracking are there; what an arm has (joint friction and noise, backlash) and a rope's mass are not.
+    tracking are there; what an arm has (joint friction and noise, backlash) is not.
     """
 
     joint_names = ("x",)

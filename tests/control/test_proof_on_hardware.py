@@ -65,7 +65,7 @@ def test_a_quick_twin_without_errors_swings_as_the_robot_that_was_there_before()
     """Two integrations of one law, with 1 and 0.5 ms: 2 mm apart after a second."""
     values = dict.fromkeys((field.name for field in dataclasses.fields(Imperfection)), 0.0)
     values |= dict.fromkeys(("rope_scale", "mass_scale", "drag_scale", "drift_s"), 1.0)
-    made = dataclasses.replace(Imperfection(**values), rope_kg=None)
+    made = Imperfection(**values)
     quick, plainly = QuickTwin(GAME, made), CartRobot(GAME)
     quick.reset(np.zeros(1), 0)
     plainly.reset(np.zeros(1), 0)

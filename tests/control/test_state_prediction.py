@@ -166,7 +166,7 @@ def test_nine_twins_differ_from_the_twin_in_what_their_names_say(site: Site) -> 
     assert len(names) == 9
 
 
-def test_thirteen_hard_twins_differ_from_the_twin_in_what_their_names_say(site: Site) -> None:
+def test_twelve_hard_twins_differ_from_the_twin_in_what_their_names_say(site: Site) -> None:
     plain = composed(site, [])["hardware"]
     changed = {}
     for name in (name for name in group_options(site, "hardware") if name.startswith("hard_")):
@@ -178,7 +178,6 @@ def test_thirteen_hard_twins_differ_from_the_twin_in_what_their_names_say(site: 
         "hard_drag_half": {"drag_scale"},
         "hard_drag_triple": {"drag_scale"},
         "hard_tie_friction": {"tie_friction_m"},
-        "hard_rope_heavy": {"rope_kg"},
         "hard_ball_light": {"mass_scale"},
         "hard_ball_heavy": {"mass_scale"},
         "hard_tracking_late": late,

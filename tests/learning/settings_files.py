@@ -17,7 +17,7 @@ from kendama_cli.settings.game import GameSettings
 from tests.shipped_conf import plain as shipped
 
 CONF = Path(__file__).parents[2] / "conf"
-NEEDED = ("game", "learn", "robot", "simulation/engine", "simulation/rope", "simulation/validation", "transfer")
+NEEDED = ("game", "learn", "robot", "simulation/engine", "simulation/validation", "transfer")
 """The groups that the node learn may be made of; composed without all others in less than half the time."""
 
 

@@ -40,9 +40,3 @@ def test_motions_of_another_size_are_the_same_and_slower_by_its_root(air: object
     assert np.linalg.norm(one[-1] - one[0]) > 0.2  # it flies, and the rope takes it
     assert np.abs(np.linalg.norm(one, axis=1)).max() == pytest.approx(0.4, abs=0.05)
     assert small == pytest.approx(one, abs=1e-6)
-
-
-def test_a_rope_too_light_for_a_chain_has_no_mass() -> None:
-    heavy = dataclasses.replace(GAME, rope=dataclasses.replace(GAME.rope, mass_kg=1e-3))
-    assert similar_game(heavy, 0.5).rope.mass_kg == pytest.approx(1.25e-4)
-    assert similar_game(heavy, 0.2).rope.mass_kg == 0.0

@@ -43,13 +43,6 @@ def test_a_cup_into_which_the_ball_does_not_fit_is_refused() -> None:
         game(cup__depth_m=0.004)
 
 
-def test_a_rope_with_mass_at_the_cups_side_is_refused() -> None:
-    with pytest.raises(
-        ConfigError, match=r"'game\.cup\.tie\.kind' is side: a rope with mass is tied on the cup's axis"
-    ):
-        game("side", rope__mass_kg=0.0005)
-
-
 def test_a_handle_wider_than_the_cup_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"'game\.cup\.tie\.radius_m' is 0\.05.* wider than the cup; allowed: up to"):
         game("handle", cup__tie__radius_m=0.05)

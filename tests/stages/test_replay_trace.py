@@ -52,7 +52,7 @@ def test_a_rope_that_is_drawn_anew_is_that_of_the_game_that_was_played() -> None
 
 
 def test_of_a_robot_that_nobody_made_the_settings_and_the_measured_rope_are_logged() -> None:
-    of_settings = SampledBody(MEASURED_M, GAME.ball.mass_kg, GAME.drag, GAME.cup.restitution, GAME.rope.mass_kg)
+    of_settings = SampledBody(MEASURED_M, GAME.ball.mass_kg, GAME.drag, GAME.cup.restitution, 0.0)
     assert body(OTHER, told=False) == of_settings
 
 

@@ -251,7 +251,6 @@ def _drawn(made: Imperfection, rng: np.random.Generator) -> WorldErrors:
         drag_scale=made.drag_scale,
         tie_friction_m=made.tie_friction_m,
         gravity_tilt_rad=made.gravity_tilt_rad,
-        rope_kg=made.rope_kg,
     )
 
 

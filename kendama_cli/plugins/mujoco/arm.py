@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.errors import ConfigError, InputError
+from kendama_cli.errors import InputError
 from kendama_cli.plugins.mujoco.arm_joints import ArmJoints, find_joints
 from kendama_cli.plugins.mujoco.library import mujoco
 from kendama_cli.plugins.mujoco.placed import Pose, joint_axes, laid_upon, mean_pose
@@ -42,14 +42,8 @@ def build_arm(path: str, robot: RobotSettings, game: GameSettings, arm: RobotMod
     """Build the model of the file ``path``, which ``arm`` describes too, under our gravity and in our air.
 
     Its own shapes touch nothing. Raises InputError where the file is no model of an arm with position servos, or where
-    its cup is more than MAX_DEVIATION_M from the URDF's at some joint angles; ConfigError for a rope with mass.
+    its cup is more than MAX_DEVIATION_M from the URDF's at some joint angles.
     """
-    if game.rope.mass_kg > 0.0:
-        raise ConfigError(
-            "game.rope.mass_kg",
-            f"'game.rope.mass_kg' is {game.rope.mass_kg:g}; hardware=mujoco has a rope without mass: choose "
-            "simulation/rope=spring",
-        )
     spec = _read(path)
     spec.option.timestep = timestep_s
     spec.option.integrator = mujoco().mjtIntegrator.mjINT_IMPLICITFAST

@@ -19,7 +19,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings, MeasuredAir
 from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
-from kendama_cli.simulation.swingup.rail import CompiledRail, without_rope_mass
+from kendama_cli.simulation.swingup.rail import CompiledRail
 from kendama_cli.simulation.swingup.rollout import RolloutNoise
 
 COLUMNS = 7
@@ -30,7 +30,7 @@ acceleration in the step that led there."""
 def strung(game: GameSettings, rope_m: float, drag: tuple[float, float]) -> GameSettings:
     """Return the game with a rope of ``rope_m`` and the drag coefficients ``drag``, k1 [N s/m] and k2 [N s^2/m^2]."""
     rope = dataclasses.replace(game.rope, length_m=rope_m)
-    return without_rope_mass(dataclasses.replace(game, rope=rope, air=MeasuredAir("measured", *drag)))
+    return dataclasses.replace(game, rope=rope, air=MeasuredAir("measured", *drag))
 
 
 def unlike(settings: FitSettings, game: GameSettings, rope: float, drag: float) -> GameSettings:

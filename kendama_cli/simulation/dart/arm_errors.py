@@ -23,7 +23,6 @@ class WorldErrors:
     """Errors of one world against its controller's beliefs (see settings.robot.Imperfection).
 
     The rope is ``rope_scale`` times as long as the game's, and ``ball_start_m`` is the ball's offset as it hangs.
-    ``rope_kg`` is the mass of its chain of links, None as in the game (0: a spring without mass).
     ``joint_friction_nm`` is Coulomb friction of every joint beyond the known one, ``joint_friction_fraction`` the share
     of each joint's known friction that comes on top of it; ``restitution`` that of ball and cup, None as in the game;
     ``mass_scale`` and ``drag_scale`` are factors on the ball's mass and on the air's force; ``tie_friction_m`` is the
@@ -42,7 +41,6 @@ class WorldErrors:
     drag_scale: float = 1.0
     tie_friction_m: float = 0.0
     gravity_tilt_rad: float = 0.0
-    rope_kg: float | None = None
     ball_start_y_m: float = 0.0
     gravity_tilt_y_rad: float = 0.0
     wrist_rotor_scale: float = 1.0

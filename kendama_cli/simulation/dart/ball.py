@@ -18,9 +18,8 @@ from kendama_cli.robot_model.cup import set_restitution
 from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings, SideTie
-from kendama_cli.simulation.dart import rope_chain_kernel, rope_kernel
+from kendama_cli.simulation.dart import rope_kernel
 from kendama_cli.simulation.dart.arm_errors import NO_ERRORS, WorldErrors
-from kendama_cli.simulation.dart.rope_chain_kernel import NO_CHAIN, RopeChain
 
 NOTHING: Array = np.zeros(3)
 
@@ -88,10 +87,10 @@ class TetheredBall:
     ``force_n`` are the arrays on which compiled code works (rope_kernel.pull).
     """
 
-    def __init__(self, game: GameSettings, arm: Body, *, carried: bool = False) -> None:
-        """Tie the ball to ``arm``; the cup is ``carried`` if its velocity is set before ``pull``, not by the step."""
+    def __init__(self, game: GameSettings, arm: Body) -> None:
+        """Tie the ball to ``arm``."""
         self.skeleton = make_ball(game.ball, game.cup)
-        self.game, self._carried = game, carried
+        self.game = game
         self._cup, self._tie = arm.cup, arm.tie
         self._knot = np.array(game.cup.tie_m) if isinstance(game.cup.tie, SideTie) else None
         self.pulled = np.zeros(13)
@@ -113,11 +112,7 @@ class TetheredBall:
         tilt_x, tilt_y = errors.gravity_tilt_rad, errors.gravity_tilt_y_rad
         y, z = math.cos(tilt_x) * math.sin(tilt_y), math.cos(tilt_x) * math.cos(tilt_y)
         self._leans = np.array([math.sin(tilt_x), y, 1.0 - z])
-        rope_kg = self.game.rope.mass_kg if errors.rope_kg is None else errors.rope_kg
-        self.mass_kg, self.chain = errors.mass_scale * self.game.ball.mass_kg, NO_CHAIN
-        if rope_kg > 0.0:
-            self.chain = RopeChain(self.game, law, rope_kg, self.mass_kg, carried=self._carried)
-        self.mass_kg += self.chain.end_kg
+        self.mass_kg = errors.mass_scale * self.game.ball.mass_kg
         weight_n = self.mass_kg * self.game.gravity_m_s2
         self.weight_n = np.array([0.0, 0.0, -weight_n])
         self._leaning_n = weight_n * self._leans
@@ -136,24 +131,22 @@ class TetheredBall:
         self.put([x + aside_m, y + aside_y_m, z - math.sqrt(length**2 - aside_m**2 - aside_y_m**2)], [0.0, 0.0, 0.0])
 
     def put(self, place_m: Sequence[float], velocity_m_s: Sequence[float]) -> None:
-        """Put the ball at ``place_m`` (3,), moving with ``velocity_m_s`` (3,), and a rope with mass the short way."""
+        """Put the ball at ``place_m`` (3,), moving with ``velocity_m_s`` (3,)."""
         self.skeleton.setPositions(list(place_m))
         self.skeleton.setVelocities(list(velocity_m_s))
         self.pressing.let_go()
         self.observe()
-        self.chain.lay((self.tie_m, self.tie_m_s), (self.position_m, self.velocity_m_s), self.axis)
 
     def pull(self, t_s: float) -> None:
         """Set what rope and air do to the ball in the coming step; raises SimulationError where it is far away.
 
         What the rope does to the cup is in ``pulled``: whoever steps the world sets it, by ``react`` or otherwise.
         """
-        cup, ball = (self.tie_m, self.tie_m_s), (self.position_m, self.velocity_m_s)
         over_tie = (self._cup.getCOM(), self._cup.getCOMLinearVelocity())
         if self._knot is not None:
             over_tie = _with_knot(self._cup, self._knot, over_tie)
-        state = (*ball, *cup, *over_tie, self.rope, *self.chain.arrays)
-        if not rope_chain_kernel.pull_chain(*state, self.pulled, self.force_n):
+        state = (self.position_m, self.velocity_m_s, self.tie_m, self.tie_m_s, *over_tie)
+        if not rope_kernel.pull(*state, self.rope, self.pulled, self.force_n):
             self.abort(t_s)
         self.give()
 

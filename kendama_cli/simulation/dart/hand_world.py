@@ -50,7 +50,7 @@ class HandWorld:
         for joint in joints:
             joint.setActuatorType(dartpy.dynamics.ActuatorType.ACCELERATION)
         body = Body(self._skeleton, joints, holder, cup, tie, dartpy.math.Isometry3())
-        self.ball = TetheredBall(game, body, carried=True)
+        self.ball = TetheredBall(game, body)
         self.reset(np.zeros(PLACE))
 
     def reset(self, place: Array) -> None:

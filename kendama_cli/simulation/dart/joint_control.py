@@ -233,7 +233,6 @@ class JointControl:
 def _arrays(  # noqa: PLR0917 - the owners of the arrays, one after another
     dynamics: ArmDynamics, friction: JointFriction, drive: Drive, ball: TetheredBall, gains: Array, force_nm: Array
 ) -> StepArrays:
-    nodes, solid, chain = ball.chain.arrays
     return StepArrays(
         links=dynamics.links,
         marks=dynamics.marks,
@@ -248,7 +247,4 @@ def _arrays(  # noqa: PLR0917 - the owners of the arrays, one after another
         pulled=ball.pulled,
         ball_force=ball.force_n,
         force=force_nm,
-        nodes=nodes,
-        solid=solid,
-        chain=chain,
     )

@@ -9,8 +9,7 @@ import numpy as np
 
 from kendama_cli.simulation.dart.drive_kernel import FASTEST, LOWER, UPPER
 from kendama_cli.simulation.dart.dynamics_kernel import ROTOR, carry_rotors, move_chain
-from kendama_cli.simulation.dart.rope_chain_kernel import pull_chain
-from kendama_cli.simulation.dart.rope_kernel import HEIGHT, PIVOT, REACTION, SIDE
+from kendama_cli.simulation.dart.rope_kernel import HEIGHT, PIVOT, REACTION, SIDE, pull
 from kendama_cli.simulation.dart.torque_kernel import (
     FINE,
     GONE,
@@ -182,18 +181,12 @@ class StepArrays(NamedTuple):
     """(3,) on the ball; written"""
     force: Array
     """(n,) on the joints; written"""
-    nodes: Array
-    """(k, 8) of a rope with mass, columns NODE and so on; written"""
-    solid: Array
-    """(k, 4) boxes that make the cup, see rope_chain_kernel"""
-    chain: Array
-    """(15,) numbers of a rope with mass, CHAIN_STEPS and so on; written"""
 
 
 @compiled_as(
     int64(
         READ, READ, READ, READ, READ, READ, READ, READ, READ, READ, WRITE, READ_2D, READ_2D, READ_2D, READ_2D, READ,
-        READ, READ, READ, WRITE_2D, WRITE, WRITE, WRITE, WRITE, WRITE_2D, READ_2D, WRITE,
+        READ, READ, READ, WRITE_2D, WRITE, WRITE, WRITE, WRITE,
     )
 )  # fmt: skip
 def step_forces(  # noqa: PLR0917
@@ -221,11 +214,8 @@ def step_forces(  # noqa: PLR0917
     pulled: Array,
     ball_force: Array,
     force: Array,
-    nodes: Array,
-    solid: Array,
-    chain: Array,
 ) -> int:
-    """Find all forces of a step: ``move_chain``, ``pull_chain``, ``command``, ``joint_forces`` in one.
+    """Find all forces of a step: ``move_chain``, ``pull``, ``command``, ``joint_forces`` in one.
 
     After the arrays of the step come those of StepArrays. GONE where the ball has gone far away; nothing is done after
     that, nor after NOT_FINITE.
@@ -240,9 +230,7 @@ def step_forces(  # noqa: PLR0917
     for r in range(3):
         over[r] = tie[r] + rope[HEIGHT] * (over[r] - tie[r])
         over_speed[r] = tie_speed[r] + rope[HEIGHT] * (over_speed[r] - tie_speed[r])
-    if not pull_chain(
-        ball_m, ball_m_s, tie, tie_speed, over, over_speed, rope, nodes, solid, chain, pulled, ball_force
-    ):
+    if not pull(ball_m, ball_m_s, tie, tie_speed, over, over_speed, rope, pulled, ball_force):
         return GONE
     answer = command(
         position, velocity, acceleration, noise, added, position_rad, velocity_rad_s, state, limits, gains[:3], joints,

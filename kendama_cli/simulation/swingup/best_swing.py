@@ -23,7 +23,7 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup import rail_kernel as kernel
-from kendama_cli.simulation.swingup.rail import CompiledRail, Rules, without_rope_mass
+from kendama_cli.simulation.swingup.rail import CompiledRail, Rules
 
 LAYER_S = 0.024
 CELL = np.array([0.048, 0.24, 0.18])
@@ -58,11 +58,11 @@ class BestSwing:
 
 @functools.lru_cache(maxsize=16)
 def best_swing(settings: LearnSettings, game: GameSettings) -> BestSwing:
-    """Search the best swing for the limits, goal and longest duration in ``settings``, on a rope without mass.
+    """Search the best swing for the limits, goal and longest duration in ``settings``.
 
     Raises ConfigError where no swing within ``learn.rollout_s`` reaches the goal.
     """
-    search = _Search(settings, without_rope_mass(game))
+    search = _Search(settings, game)
     found = search.spread(1.0) or search.spread(FINER)
     if found is None:
         raise ConfigError(

@@ -26,7 +26,6 @@ from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import RailEngine
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
-from kendama_cli.simulation.swingup.rail import without_rope_mass
 from kendama_cli.simulation.swingup.rollout import RolloutNoise, SimulatedRollout
 from kendama_cli.system.processes import PROCESSES, process_pool, processes
 
@@ -169,7 +168,7 @@ _SEED = 324
 def random_success_rate(settings: LearnSettings, game: GameSettings) -> float:
     """Fraction of ROLLOUTS rollouts on the rail that succeed, each driven by a newly sampled harmonic."""
     drawing = dataclasses.replace(settings, learner=RandomSettings("random"), engine=RailEngine("rail"))
-    environment, learner = SwingUpEnvironment(drawing, without_rope_mass(game)), begin_learner(drawing)
+    environment, learner = SwingUpEnvironment(drawing, game), begin_learner(drawing)
     noise_rng, harmonic_rng = np.random.default_rng([_SEED, 1]), np.random.default_rng([_SEED, 2])
     succeeded = 0
     for _ in range(ROLLOUTS):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.errors import ConfigError, SimulationError
+from kendama_cli.errors import SimulationError
 from kendama_cli.learning.decision import ROUNDING_S
 from kendama_cli.learning.discretisation import Bins, StateGrid
 from kendama_cli.learning.interface import Actor
@@ -25,22 +24,8 @@ from kendama_cli.simulation.swingup.engine import catch_limiter, limiter, mouth_
 from kendama_cli.simulation.swingup.rollout import Catch, RolloutNoise, SimulatedRollout
 
 
-def without_rope_mass(game: GameSettings) -> GameSettings:
-    """Return the game without the rope's mass, which the rail cannot have."""
-    return dataclasses.replace(game, rope=dataclasses.replace(game.rope, mass_kg=0.0))
-
-
 def physics(game: GameSettings, step_s: float, rope_scale: float = 1.0, drag_scale: float = 1.0) -> kernel.Physics:
-    """Return the constants of the dynamics; the mass is inverted as DART inverts a matrix with it on the diagonal.
-
-    Raises ConfigError for a rope with mass, which only the world of the whole arm has.
-    """
-    if game.rope.mass_kg > 0.0:
-        raise ConfigError(
-            "game.rope.mass_kg",
-            f"'game.rope.mass_kg' is {game.rope.mass_kg:g}: on the rail the rope has no mass; choose "
-            "simulation/rope=spring there, or simulation/engine=dart",
-        )
+    """Return the constants of the dynamics; the mass is inverted as DART inverts a matrix with it on the diagonal."""
     mass = game.ball.mass_kg
     rope, (linear, quadratic) = TautRope.of(game, rope_scale), (drag_scale * one for one in game.drag)
     cup, (_, floor_rad, rim_rad) = rope.cup, rope.corners_rad

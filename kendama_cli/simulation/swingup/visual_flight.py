@@ -14,7 +14,7 @@ from kendama_cli.physics.rim_crossing import falls_in
 from kendama_cli.physics.taut_rope import Ball
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.engine import catch_limiter, mouth_m
-from kendama_cli.simulation.swingup.rail import CompiledRail, without_rope_mass
+from kendama_cli.simulation.swingup.rail import CompiledRail
 
 LONGEST_FLIGHT_S = 2.0
 
@@ -60,7 +60,7 @@ def caught_by_sight(released: SwingState, settings: LearnSettings, game: GameSet
     As in ``environment.fly`` the cup plans its acceleration anew in every step, here for the estimated ball: that of
     the reading at the release, with the errors of ``learn.noise``, improved by each measurement as it arrives.
     """
-    game, sensor, noise = without_rope_mass(game), settings.sensor, settings.noise
+    sensor, noise = settings.sensor, settings.noise
     swing, flight = CompiledRail(game, settings.step_s), Flight.of(game)
     swing.start(released)
     limit, maximum, step_s = catch_limiter(settings).limit, settings.goal.catch_acceleration_m_s2, settings.step_s

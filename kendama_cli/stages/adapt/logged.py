@@ -149,8 +149,8 @@ def _replay_message(index: int, world: ArmWorld, perturbation: Perturbation, res
     return ReplayMessage(
         index=index,
         rope_m=ball.rope_m,
-        rope_kg=ball.chain.rope_kg,
-        ball_kg=ball.mass_kg - ball.chain.end_kg,
+        rope_kg=0.0,
+        ball_kg=ball.mass_kg,
         drag_n_s_m=errors.drag_scale * ball.game.drag[0],
         drag_n_s2_m2=errors.drag_scale * ball.game.drag[1],
         restitution=ball.game.cup.restitution if errors.restitution is None else errors.restitution,

@@ -36,7 +36,6 @@ _FAILED = (
 """Metrics that are False where a seed failed, and the words for it."""
 _TWIN: tuple[tuple[str, float | None, Callable[[float], str]], ...] = (
     ("rope_scale", None, lambda value: f"rope {100 * (value - 1):+.0f} %".replace("-", "−")),
-    ("rope_kg", 0.0, lambda value: f"rope of {1e3 * value:g} g"),
     ("lag_s", None, lambda value: f"lag {1e3 * value:.0f} ms"),
     ("latency_s", None, lambda value: f"latency {1e3 * value:.0f} ms"),
     ("ball_noise_m", None, lambda value: f"marker {1e3 * value:g} mm"),

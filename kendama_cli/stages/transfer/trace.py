@@ -150,7 +150,6 @@ def played_body(settings: GameSettings, made: Imperfection | None, history: Scen
     the weight's stretch m g / Ks. Otherwise the body is that of the settings on the rope that was measured.
     """
     (linear, quadratic), mass_kg, rope_m = settings.drag, settings.ball.mass_kg, history.rope_m
-    rope_kg = settings.rope.mass_kg if made is None or made.rope_kg is None else made.rope_kg
     if made is not None:
         linear, quadratic = made.drag_scale * linear, made.drag_scale * quadratic
         mass_kg *= made.mass_scale
@@ -158,7 +157,7 @@ def played_body(settings: GameSettings, made: Imperfection | None, history: Scen
         first = history.rollout()[0]
         stretched_m = float(np.linalg.norm(first[7:] - first[1:4]))
         rope_m = stretched_m - stretch_m(mass_kg * settings.gravity_m_s2, settings.rope.stiffness_n_m)
-    return SampledBody(rope_m, mass_kg, (linear, quadratic), settings.cup.restitution, rope_kg)
+    return SampledBody(rope_m, mass_kg, (linear, quadratic), settings.cup.restitution, 0.0)
 
 
 def replay_message(

@@ -24,7 +24,6 @@ from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 PERFECT = Imperfection(
     rope_scale=1.0,
     rope_scale_spread=0.0,
-    rope_kg=None,
     ball_start_m=0.0,
     joint_friction_nm=0.0,
     joint_friction_fraction=0.0,

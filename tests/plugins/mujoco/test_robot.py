@@ -141,12 +141,6 @@ def test_servos_that_do_not_hold_the_arm_are_told(tmp_path: Path) -> None:
         MujocoRobot(IIWA, GAME, hardware(own_iiwa(tmp_path, kp=200.0)))
 
 
-def test_a_rope_with_mass_is_refused(model: str) -> None:
-    heavy = dataclasses.replace(GAME, rope=dataclasses.replace(GAME.rope, mass_kg=0.0005))
-    with pytest.raises(ConfigError, match="a rope without mass: choose simulation/rope=spring"):
-        MujocoRobot(IIWA, heavy, hardware(model))
-
-
 def test_settings_without_a_model_or_with_half_steps_are_refused() -> None:
     with pytest.raises(ConfigError, match="'model' is empty"):
         hardware("")

@@ -7,11 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.errors import ConfigError
 from kendama_cli.physics.rope import RopeLaw, rope_pull
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings, LinearAir, SideTie
-from kendama_cli.simulation.dart.arm_errors import WorldErrors
 from kendama_cli.simulation.dart.hand_world import HandWorld
 from kendama_cli.simulation.dart.world import STEP_S
 from tests.shipped_conf import plain
@@ -48,8 +46,3 @@ def test_the_ball_goes_round_the_wall_as_the_plain_law_says() -> None:
         assert world.ball.position_m == pytest.approx(position, abs=1e-7)
         assert world.force_n == pytest.approx(-force, abs=1e-4)
     assert len(touched) > 20, "the rope hardly moved over the cup"
-
-
-def test_a_twins_rope_with_mass_is_refused_at_the_side() -> None:
-    with pytest.raises(ConfigError, match=r"is side: .*hardware\.imperfection\.rope_kg=null"):
-        HandWorld(GAME).ball.perturb(WorldErrors(rope_kg=0.001))

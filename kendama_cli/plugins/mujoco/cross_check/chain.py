@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,6 @@ import numpy as np
 from kendama_cli.errors import ConfigError
 from kendama_cli.physics.rim_crossing import SampledBody
 from kendama_cli.physics.rope import CupProfile
-from kendama_cli.physics.rope_chain import link_lengths_m
 from kendama_cli.plugins.mujoco.library import mujoco
 from kendama_cli.plugins.mujoco.shapes import add_cup, ball_surface
 from kendama_cli.settings.game import GameSettings, SideTie
@@ -29,6 +29,8 @@ CUP_KG, CUP_KG_M2 = 100.0, 10.0
 """The carried cup is so heavy that chain and ball do not move it within a step; after each it is put on its way."""
 CONTACT_S = 0.0005
 """Time constant of a link's contact; of the ball's, the inverse of its undamped rate: a rebound takes 15 steps."""
+SAME_M = 1e-6
+"""Edges of the cup that are nearer to each other along the rope are one."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,19 @@ class Variation:
     surface: bool = False
     spin_hz: float = 0.0
     rigid: bool = False
+
+
+def link_lengths_m(rope_m: float, edges_m: Sequence[float], links: int) -> list[float]:
+    """Split a rope into ``links``, with an end where it goes over each edge of the cup, ``edges_m`` along the rope.
+
+    A taut rope lies over an edge always with the same place. A link across an edge would cut its corner.
+    """
+    ends = np.unique([0.0, *(edge for edge in edges_m if edge < rope_m), rope_m])
+    gaps = np.diff(ends[np.insert(np.diff(ends) > SAME_M, 0, True)])
+    pieces = np.ones(len(gaps), dtype=int)
+    while pieces.sum() < links:
+        pieces[np.argmax(gaps / pieces)] += 1
+    return np.repeat(gaps / pieces, pieces).tolist()
 
 
 def chain_model(game: GameSettings, body: SampledBody, step_s: float, *, surface: bool = False) -> Any:

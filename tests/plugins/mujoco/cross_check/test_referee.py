@@ -19,8 +19,7 @@ from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.physics.rim_crossing import SampledBody
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
-from kendama_cli.physics.rope_chain import link_lengths_m
-from kendama_cli.plugins.mujoco.cross_check.chain import CHAIN_KG, LINKS, STEP_S, chain_model
+from kendama_cli.plugins.mujoco.cross_check.chain import CHAIN_KG, LINKS, STEP_S, chain_model, link_lengths_m
 from kendama_cli.plugins.mujoco.cross_check.cup_track import CupTrack, swing_slack_s
 from kendama_cli.plugins.mujoco.cross_check.games_again import LoggedGame, played_again, summary, write_log
 from kendama_cli.plugins.mujoco.cross_check.messages import RefereeMessage
