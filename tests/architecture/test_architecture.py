@@ -74,6 +74,7 @@ WITH_PARTS = {
     "adaptation/lab_table.py",
     "architecture/laws_probe.py",
     "benchmarks/kept_servo.py",
+    "benchmarks/led_games.py",
     "benchmarks/menagerie.py",
     "benchmarks/menagerie_games.py",
     "benchmarks/play.py",

@@ -21,10 +21,10 @@ from kendama_cli.control.game_runner import GameBuilder, GameSetup
 from kendama_cli.control.open_observer import CameraSetup
 from kendama_cli.devices.robot.leading import LeadingRobot
 from kendama_cli.devices.robot.open_robot import open_robot
-from kendama_cli.identification.excitation import excitation
-from kendama_cli.identification.recording import play
 from kendama_cli.identification.servo import fit_servo
 from kendama_cli.learning.learners import make_policy
+from kendama_cli.plugins.identification.excitation import excitation
+from kendama_cli.plugins.identification.recording import play
 from kendama_cli.stages.learn.stage import Learn
 from tests.memory_context import MemoryContext
 

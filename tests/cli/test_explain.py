@@ -17,6 +17,7 @@ BANNED = {*"what whether how where which when those of as by from its to for".sp
 PARTS = [
     PACKAGE / "stages",
     PACKAGE / "plugins/bench",
+    PACKAGE / "plugins/identification",
     PACKAGE / "plugins/interact",
     PACKAGE / "plugins/mujoco",
     PACKAGE / "plugins/offline",

@@ -26,7 +26,6 @@ from kendama_cli.devices.robot.udp.protocol import Datagram, Kind
 from kendama_cli.devices.robot.udp.remote import LimitedRobot, UdpRobot
 from kendama_cli.devices.robot.udp.seal import Seal
 from kendama_cli.errors import HardwareError
-from kendama_cli.identification.recording import play
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
@@ -101,11 +100,13 @@ def test_a_controller_plays_a_motion_that_is_commanded(controller: tuple[object,
         assert (robot.joint_names, robot.period_s, robot.realtime) == (NAMES, 0.004, True)
         assert np.array_equal(robot.limits.velocity_rad_s, np.full(7, 2.0))
         motion = swing(robot.period_s)
-        played = play(robot, motion, seed=1)  # from where it is not: it goes there first, slowly
-        reached = played.position_rad
+        played = [robot.reset(motion.position_rad[0], 1)]  # from where it is not: it goes there first, slowly
+        rows = zip(motion.position_rad[1:], motion.velocity_rad_s[1:], motion.acceleration_rad_s2[1:], strict=True)
+        played += [robot.exchange(JointCommand(*row)) for row in rows]
+        reached = np.array([one.state.position_rad for one in played])
         assert np.abs(reached[0] - motion.position_rad[0]).max() == 0.0
         assert np.abs(reached - motion.position_rad).max() < 1e-12
-        assert played.t_s[-1] >= motion.t_s[-1] - 1e-9
+        assert played[-1].t_s >= motion.t_s[-1] - 1e-9
         assert robot.missed < 0.5 * len(motion.t_s)
 
 

@@ -15,14 +15,15 @@ from kendama_cli.devices.robot.compensated import CompensatedRobot
 from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.devices.robot.open_robot import open_robot
-from kendama_cli.identification.excitation import excitation
-from kendama_cli.identification.friction_choice import FrictionSamples, choose_friction
-from kendama_cli.identification.friction_samples import Samples
 from kendama_cli.identification.kept_servo import servo_message
-from kendama_cli.identification.recording import JointRecording, TrackedPath, circle, play, recorded
 from kendama_cli.identification.servo import fit_servo
-from kendama_cli.identification.settings import IdentifySettings
 from kendama_cli.log.messages import WrenchMessage
+from kendama_cli.plugins.identification.excitation import excitation
+from kendama_cli.plugins.identification.friction_choice import FrictionSamples, choose_friction
+from kendama_cli.plugins.identification.friction_samples import Samples
+from kendama_cli.plugins.identification.messages import JointFrictionMessage
+from kendama_cli.plugins.identification.recording import JointRecording, TrackedPath, circle, play, recorded
+from kendama_cli.plugins.identification.settings import IdentifySettings
 from kendama_cli.robot_model.friction import network_torque, parametric_torque
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
@@ -31,7 +32,6 @@ from kendama_cli.schema.random_stream import random_stream
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.stages.identify.messages import JointFrictionMessage
 from kendama_cli.stages.interface import Metric, StageContext, StageResult, State
 
 LOG_PERIOD_S = 0.02

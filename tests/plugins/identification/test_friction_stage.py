@@ -9,12 +9,12 @@ import yaml
 
 from kendama_cli.artifacts.friction_model import FrictionModel
 from kendama_cli.errors import StageError
-from kendama_cli.identification.settings import IdentifySettings
+from kendama_cli.plugins.identification.friction_stage import Identify
+from kendama_cli.plugins.identification.settings import IdentifySettings
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import TwinHardware
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.stages.identify.stage import Identify
 from kendama_cli.stages.interface import StageResult
 from tests.memory_context import MemoryContext
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game

@@ -9,8 +9,8 @@ from scipy.ndimage import maximum_filter1d
 from scipy.signal import savgol_filter
 
 from kendama_cli.errors import HardwareError, StageError
-from kendama_cli.identification.friction_choice import FrictionSamples, Mask
-from kendama_cli.identification.recording import JointRecording
+from kendama_cli.plugins.identification.friction_choice import FrictionSamples, Mask
+from kendama_cli.plugins.identification.recording import JointRecording
 from kendama_cli.robot_model.friction import parametric_torque
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array

@@ -9,8 +9,8 @@ from scipy.interpolate import CubicSpline
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.errors import StageError
-from kendama_cli.identification.settings import IdentifySettings
 from kendama_cli.motion import minimum_jerk
+from kendama_cli.plugins.identification.settings import IdentifySettings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.clearance import min_clearance
 from kendama_cli.robot_model.placement.motion_check import limit_ratios

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.friction_model import FrictionModel, NetworkFriction, ParametricFriction
-from kendama_cli.identification.friction_choice import FrictionSamples, choose_friction, fit_parametric
+from kendama_cli.plugins.identification.friction_choice import FrictionSamples, choose_friction, fit_parametric
 from kendama_cli.robot_model.friction import friction_torque, network_torque, parametric_torque, with_identified
 from kendama_cli.schema.arrays import Array
 from tests.simulation.dart.bench_robot import bench_arm

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from kendama_cli.plugins.identification.messages import FreeSwingMessage
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, MUTED
-from kendama_cli.stages.measure.messages import FreeSwingMessage
 
 
 def figures(log: StageLog) -> list[Figure]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from kendama_cli.motion.sampling import columns_at
+from kendama_cli.plugins.identification.messages import JointFrictionMessage
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.plot import columns_of, drawing, legend_above
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import BALL, CUP, GOOD, INK, MUTED
 from kendama_cli.report.tracks import Array
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
-from kendama_cli.stages.identify.messages import JointFrictionMessage
 
 _COLUMNS = 4
 _MOST_JOINTS = 8

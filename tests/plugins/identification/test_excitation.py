@@ -10,10 +10,10 @@ import pytest
 import yaml
 
 from kendama_cli.errors import StageError
-from kendama_cli.identification import excitation as exciting
-from kendama_cli.identification.excitation import excitation
-from kendama_cli.identification.recording import RAMP_S, JointRecording, TrackedPath, circle
-from kendama_cli.identification.settings import IdentifySettings
+from kendama_cli.plugins.identification import excitation as exciting
+from kendama_cli.plugins.identification.excitation import excitation
+from kendama_cli.plugins.identification.recording import RAMP_S, JointRecording, TrackedPath, circle
+from kendama_cli.plugins.identification.settings import IdentifySettings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.settings import build
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled

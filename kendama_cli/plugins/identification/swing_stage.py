@@ -13,21 +13,16 @@ from kendama_cli.devices.recordings.flight_reader import RecordedTrack, read_tra
 from kendama_cli.devices.robot.exchange_log import RememberingRobot, exchange_message
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import ConfigError, InputError
-from kendama_cli.identification.kendama_fit import (
-    FreeSwing,
-    KendamaFit,
-    free_swing,
-    measure_kendama,
-    swing_in_its_plane,
-)
-from kendama_cli.identification.settings import SwingMeasurement, TrackMeasurement
+from kendama_cli.identification.kendama_fit import FreeSwing, KendamaFit, measure_kendama, swing_in_its_plane
+from kendama_cli.plugins.identification.free_swing import free_swing
+from kendama_cli.plugins.identification.messages import FreeSwingMessage
+from kendama_cli.plugins.identification.settings import SwingMeasurement, TrackMeasurement
 from kendama_cli.robot_model.placement.placement import cup_line
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.setup import SIGMAS_95
 from kendama_cli.stages.interface import Metric, StageContext, StageResult
-from kendama_cli.stages.measure.messages import FreeSwingMessage
 
 SPEED_M_S = 3.0
 """The speed at which the drag is told: about what the ball has when it leaves the rope."""

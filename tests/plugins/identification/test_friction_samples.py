@@ -14,11 +14,11 @@ from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.devices.robot.compensated import CompensatedRobot, compensated
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.errors import HardwareError, StageError
-from kendama_cli.identification.excitation import excitation
-from kendama_cli.identification.friction_choice import fit_parametric
-from kendama_cli.identification.friction_samples import Samples
-from kendama_cli.identification.recording import JointRecording, play
-from kendama_cli.identification.settings import IdentifySettings
+from kendama_cli.plugins.identification.excitation import excitation
+from kendama_cli.plugins.identification.friction_choice import fit_parametric
+from kendama_cli.plugins.identification.friction_samples import Samples
+from kendama_cli.plugins.identification.recording import JointRecording, play
+from kendama_cli.plugins.identification.settings import IdentifySettings
 from kendama_cli.robot_model.friction import parametric_torque
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array

@@ -1,0 +1,1 @@
+"""Measurements before a game: friction and servo of the joints, rope and drag of the kendama."""
