@@ -1,10 +1,8 @@
 """Regression of the parameters of primitives over one basis, from the samples of motions.
 
-``lwr``    w_j = sum_i psi_j x f / sum_i psi_j x^2, each function by itself (the paper's), repeated on the residual
-``ridge``  min |Phi w - f|^2 + lambda |w|^2, all functions together
-
-Both read f = e'' + D e' + K e of the distance to the goal e = y - g (eq. 3 solved for f), so they need derivatives of
-the samples; ``position_fit`` needs none.
+``lwr``, the paper's, takes each function by itself, repeated on the residual: w_j = sum_i psi_j x f / sum_i psi_j x^2.
+It reads f = e'' + D e' + K e of the distance to the goal e = y - g (eq. 3 solved for f), so it needs derivatives of the
+samples; ``position_fit`` needs none.
 """
 
 from __future__ import annotations
@@ -92,16 +90,6 @@ def locally_weighted(share: Array, force: Array, basis: Basis, *, passes: int) -
         rest = force - phi @ weights
         weights = weights + (psi.T @ (x[:, None] * rest)) / energy[:, None]
     return weights
-
-
-def ridge_on_force(share: Array, force: Array, basis: Basis, *, penalty: float) -> Array:
-    """Return the weights (m, c) that fit f (n, c) best; ``penalty`` is lambda over the mean energy of a feature."""
-    phi = basis.features(share)
-    count = phi.shape[1]
-    weight = np.sqrt(penalty * float(np.sum(phi**2)) / count)
-    stacked = np.vstack((phi, weight * np.eye(count)))
-    right = np.vstack((force, np.zeros((count, force.shape[1]))))
-    return np.asarray(np.linalg.lstsq(stacked, right, rcond=None)[0])
 
 
 THINNED = 120
@@ -251,9 +239,6 @@ def _fit_force(demonstration: TrimmedDemonstration, basis: Basis, settings: Enco
     start_rate = motion.rate[0] if demonstration.starts_fast else nothing
     goal_rate = motion.rate[-1] if demonstration.ends_fast else nothing
     force = target_force(motion, motion.position[-1], goal_rate, basis)
-    if settings.regression == "lwr":
-        weights = locally_weighted(motion.share, force, basis, passes=settings.passes)
-    else:
-        weights = ridge_on_force(motion.share, force, basis, penalty=settings.ridge)
+    weights = locally_weighted(motion.share, force, basis, passes=settings.passes)
     misfit = float(np.sum((force - basis.features(motion.share) @ weights) ** 2))
     return _ForceFit(np.vstack((motion.position[0], start_rate, motion.position[-1], goal_rate, weights)), misfit)

@@ -33,21 +33,15 @@ class EncodeSettings:
         above=0.05,
         at_most=10,
     )
-    regression: Literal["lwr", "ridge", "position"] = setting(
-        "Method that fits the weights. 'lwr' is locally weighted regression, as in the paper; 'ridge' fits all "
-        "weights at once to the forcing term f; 'position' fits them to the positions, smoothed by generalised "
-        "cross-validation."
-    )
-    ridge: float = setting(
-        "Penalty on the weights of ridge regression, relative to the mean energy of the features. Larger values give "
-        "smoother paths.",
-        at_least=0,
+    regression: Literal["lwr", "position"] = setting(
+        "Method that fits the weights. 'lwr' is locally weighted regression on the forcing term f, as in the paper; "
+        "'position' fits all of them at once to the positions, smoothed by generalised cross-validation."
     )
     passes: int = setting(
         "Number of passes of lwr, each on the residual of the one before; the paper uses 1.", at_least=1
     )
     smoothing_s: float = setting(
-        "Window of the local cubics from which lwr and ridge take derivatives and end points [s].", above=0
+        "Window of the local cubics from which lwr takes derivatives and end points [s].", above=0
     )
     trim: Literal["rest", "none"] = setting(
         "Rest before and after the motion: 'rest' cuts it off where the motion shows it, 'none' keeps all rows."

@@ -55,8 +55,8 @@ STAGE = StageDeclaration(
     methods=(
         "Each Cartesian coordinate of the cup was encoded as a dynamic movement primitive with "
         "{encode.functions} basis functions.",
-        "Their weights were found by ridge regression (lambda = {encode.ridge}) on the {encode.regression}, "
-        "with a spring constant of {encode.stiffness}, and averaged over {averaged} demonstrations.",
+        "Their weights were found by the regression '{encode.regression}', with a spring constant of "
+        "{encode.stiffness}, and averaged over {averaged} demonstrations.",
         "The primitive reproduces the demonstrations with an error of {rmse_mm} rms.",
     ),
 )

@@ -16,21 +16,15 @@ def reproduce(made, chosen):
 
 @pytest.mark.parametrize(
     ("changes", "bound_mm"),
-    # measured on this swing: 0.03, 0.05, 1.0, 18 mm; the order is the point
+    # measured on this swing: 0.03, 1.0, 18 mm; the order is the point
     [
         ({"regression": "position"}, 0.06),
-        ({"regression": "ridge"}, 0.15),
         ({"regression": "lwr", "width": (0.65,), "passes": 100}, 1.6),
         ({"regression": "lwr", "width": (0.65,)}, 27.0),
     ],
 )
 def test_each_regression_reproduces_a_swing_within_its_known_error(changes, bound_mm):
     assert 1e3 * reproduce(demonstration(), settings(**changes)).rms_m < bound_mm
-
-
-def test_position_is_the_nearest_of_the_three():
-    rms = {name: reproduce(demonstration(), settings(regression=name)).rms_m for name in ("position", "ridge", "lwr")}
-    assert rms["position"] < rms["ridge"] < rms["lwr"]
 
 
 def test_more_passes_of_lwr_come_closer():
@@ -41,17 +35,16 @@ def test_more_passes_of_lwr_come_closer():
     assert all(later < earlier for earlier, later in itertools.pairwise(errors))
 
 
-@pytest.mark.parametrize("regression", ["position", "ridge"])
-def test_a_primitives_own_motion_gives_its_weights_back(regression):
+def test_a_primitives_own_motion_gives_its_weights_back():
     """The motion of known weights, sampled finely, encodes into a primitive with the same motion."""
-    chosen = settings(regression=regression, ridge=1e-12, smoothing_s=0.005, trim="none", width=(1.0,))
+    chosen = settings(trim="none", width=(1.0,))
     known = encode_demonstrations([demonstration(rate_hz=1000)], chosen)
     t_s = np.arange(0, known.duration_s + 1e-9, 1e-3)
     again = Demonstration("again", t_s, play(known, t_s).position_m)
     assert reproduce(again, chosen).max_m < 5e-5
 
 
-@pytest.mark.parametrize("regression", ["position", "ridge", "lwr"])
+@pytest.mark.parametrize("regression", ["position", "lwr"])
 def test_a_swing_cut_while_it_moves_keeps_the_velocities_of_its_ends(regression):
     t = np.arange(0.6, 1.4, 0.01)
     plan = encode_demonstrations([Demonstration("cut", t, path(t))], settings(regression=regression))
@@ -60,7 +53,7 @@ def test_a_swing_cut_while_it_moves_keeps_the_velocities_of_its_ends(regression)
         assert np.abs(found - truth).max() < 0.02
 
 
-@pytest.mark.parametrize("regression", ["position", "ridge", "lwr"])
+@pytest.mark.parametrize("regression", ["position", "lwr"])
 def test_a_swing_that_rests_at_its_ends_has_no_velocity_there(regression):
     plan = encode_demonstrations([demonstration(head_s=0.3, tail_s=0.3)], settings(regression=regression))
     assert not plan.start_velocity_m_s.any()
