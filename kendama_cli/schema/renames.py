@@ -119,6 +119,8 @@ kendama_cli: kendama_cli.artifacts.toy_model:ToyModel kendama_cli.artifacts.kend
 kendama_cli: kendama_cli.stages.interact.stage:Interact kendama_cli.plugins.interact.stage:Interact
 kendama_cli: kendama_cli.stages.identify.stage:Identify kendama_cli.plugins.identification.friction_stage:Identify
 kendama_cli: kendama_cli.stages.measure.stage:Measure kendama_cli.plugins.identification.swing_stage:Measure
+kendama_cli: kendama_cli.stages.rehearse.stage:Rehearse kendama_cli.plugins.rehearsal.stage:Rehearse
+kendama_cli: kendama_cli.artifacts.rehearsal:Rehearsal kendama_cli.plugins.rehearsal.artifact:Rehearsal
 kendama_cli: kendama_cli.artifacts.interaction:InteractionResult kendama_cli.plugins.interact.artifact:InteractionResult
 """
 """``module:name`` of a stage's class or artifact, which stands in the key of what was recorded."""

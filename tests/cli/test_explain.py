@@ -21,6 +21,7 @@ PARTS = [
     PACKAGE / "plugins/interact",
     PACKAGE / "plugins/mujoco",
     PACKAGE / "plugins/offline",
+    PACKAGE / "plugins/rehearsal",
     PACKAGE / "report",
 ]
 SENTENCES = {

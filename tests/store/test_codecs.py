@@ -16,7 +16,6 @@ from kendama_cli.artifacts.kendama_model import KendamaModel
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
 from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.artifacts.prediction import PredictionStudy
-from kendama_cli.artifacts.rehearsal import Rehearsal
 from kendama_cli.artifacts.servo_model import ServoModel
 from kendama_cli.artifacts.transfer_result import TransferResult
 from kendama_cli.errors import StageError, StoreError
@@ -59,7 +58,6 @@ EXAMPLES: list[Any] = [
     ),
     POLICY,
     PredictionStudy(np.array([0.5]), *(RNG.normal(size=(3, 1)) for _ in range(3))),
-    Rehearsal(("a", "b"), 0.3, np.arange(5.0), *(RNG.normal(size=(5, 2)) for _ in range(3)), stopped=""),
     KendamaModel(0.4, 1e-4, 1e-4, 4e-4, np.array([[1e-10, -2e-11], [-2e-11, 1e-11]]), 1.1, 32.0, 0.002),
     TransferResult(policy=POLICY, rollouts=4, imitation_caught=None, games=3, caught=2),
 ]

@@ -12,11 +12,14 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory, MotionPlan
-from kendama_cli.artifacts.rehearsal import Rehearsal
 from kendama_cli.devices.robot.interface import Exchange, JointCommand
 from kendama_cli.devices.robot.rebuilt import RebuiltRobot, open_simulated
 from kendama_cli.errors import ConfigError, HardwareError, StageError
 from kendama_cli.motion import minimum_jerk
+from kendama_cli.plugins.rehearsal import stage as rehearse_stage
+from kendama_cli.plugins.rehearsal.artifact import Rehearsal
+from kendama_cli.plugins.rehearsal.settings import RehearseSettings
+from kendama_cli.plugins.rehearsal.stage import Rehearse
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.find_placement import current_placement
 from kendama_cli.robot_model.placement.motion_check import check_motion
@@ -25,9 +28,6 @@ from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware
 from kendama_cli.settings.safety import SafetySettings
 from kendama_cli.stages.interface import StageResult
-from kendama_cli.stages.rehearse import stage as rehearse_stage
-from kendama_cli.stages.rehearse.settings import RehearseSettings
-from kendama_cli.stages.rehearse.stage import Rehearse
 from tests.memory_context import MemoryContext
 from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import bench_arm

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from kendama_cli.plugins.rehearsal.settings import RehearseSettings
 from kendama_cli.schema.declaration import Headline, StageDeclaration
-from kendama_cli.stages.rehearse.messages import TOPICS
-from kendama_cli.stages.rehearse.settings import RehearseSettings
+from kendama_cli.schema.foxglove import JointStates
 
 STAGE = StageDeclaration(
     name="rehearse",
     title="First attempts on an arm",
     lead="Plays a checked motion on the twin, then on the arm, slowly and without the ball.",
-    run="kendama_cli.stages.rehearse.stage:Rehearse",
-    returns="kendama_cli.artifacts.rehearsal:Rehearsal",
+    run="kendama_cli.plugins.rehearsal.stage:Rehearse",
+    returns="kendama_cli.plugins.rehearsal.artifact:Rehearsal",
     settings={"rehearse": RehearseSettings},
-    topics=TOPICS,
+    topics={f"/rehearse/{name}": JointStates for name in ("ghost", "sent", "measured", "external")},
     kind="moves",
-    chapter="kendama_cli.stages.rehearse.chapter:rehearsal_figures",
+    chapter="kendama_cli.plugins.rehearsal.chapter:rehearsal_figures",
     headline=(
         Headline("speed", "of the motion's own speed was played on {robot}"),
         Headline("tracking_error_rms_mrad", "mrad rms between what was sent and what was measured"),

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
-from kendama_cli.artifacts.rehearsal import Rehearsal
 from kendama_cli.control.imitation import require_same_joints, stretched
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.devices.robot.rebuilt import open_simulated
 from kendama_cli.errors import HardwareError, StageError
+from kendama_cli.plugins.rehearsal.artifact import Rehearsal
+from kendama_cli.plugins.rehearsal.settings import RehearseSettings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.motion_check import check_motion, require_allowed
 from kendama_cli.schema.arrays import Array
@@ -24,7 +25,6 @@ from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.settings.safety import SafetySettings
 from kendama_cli.stages.interface import StageContext, StageResult
-from kendama_cli.stages.rehearse.settings import RehearseSettings
 
 PROGRESS_STEPS = 50
 SAME_RAD = 1e-3
