@@ -28,7 +28,7 @@ from kendama_cli.motion.dmp.plan_text import plan_text
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.foxglove import FrameTransform
-from kendama_cli.stages.capture.messages import TOPICS
+from kendama_cli.stages.capture import STAGE as CAPTURE
 from kendama_cli.store.checkpoint import DurableAppendFile
 from kendama_cli.store.codecs import save_artifact
 from kendama_cli.vision.detection.colour import HUES, SATURATIONS, LearnedColour
@@ -129,7 +129,7 @@ def _log(folder: Path) -> bytes:
 
 def _recorded(folder: Path) -> bytes:
     path = folder / "recorded.mcap"
-    log = McapLog(TOPICS, DurableAppendFile(folder / "recorded.part"))
+    log = McapLog(CAPTURE.topics, DurableAppendFile(folder / "recorded.part"))
     rows = np.loadtxt(sorted(bundled_root().glob("data/demonstrations/*.csv"))[0], delimiter=",", skiprows=3)
     for t_s, *place in rows:
         log.write("/capture/cup", t_s, FrameTransform("world", "a", np.array(place), np.array([1.0, 0.0, 0.0, 0.0])))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.linalg import expm
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.motion import minimum_jerk
@@ -14,8 +15,6 @@ from kendama_cli.robot_model.arm_motion import CONTROL_S
 from kendama_cli.robot_model.inverse_kinematics import weighted_step
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.command_loss import CommandLoss
-from kendama_cli.simulation.dart.elastic_joints import ElasticJoints
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ class ArmErrors:
     e(t) = cup_error_m sin(2 pi cup_error_hz t + cup_error_phase_rad),   grown from nothing within ONSET_S
 
     The cup errs along y in the same way. Its links swing behind their motors at ``resonance_hz`` (0: they are rigid),
-    and ``lost_commands`` of its commands are lost, ``lost_burst`` in a row (see elastic_joints and command_loss).
+    and ``lost_commands`` of its commands are lost, ``lost_burst`` in a row (see ElasticJoints and CommandLoss).
     """
 
     lag_s: float = 0.0
@@ -204,3 +203,64 @@ class DriveDelay:
             target = (q, v, a, effort)
         self._last = target
         return target
+
+
+class CommandLoss:
+    """Loss of the ``fraction`` of commands, ``burst`` in a row on average, sampled from ``rng``.
+
+    A channel of two states (E. N. Gilbert, Bell System Technical Journal 39, 1960): from bad to good with 1 / burst,
+    from good to bad with fraction / (burst (1 - fraction)). The first command arrives.
+    """
+
+    def __init__(self, fraction: float, burst: float, steps: int, rng: np.random.Generator) -> None:
+        """Count ``steps`` steps a command."""
+        self._rng, self._steps, self._ends = rng, steps, 1.0 / burst
+        self._begins = fraction / (burst * (1.0 - fraction))
+        self._count, self._bad = 0, False
+        self._last: Array = np.zeros(0)
+
+    def arrived(self, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+        """Return the reference (n,) for the next step: what is sent, or the last position, at rest."""
+        if self._count and self._count % self._steps == 0:
+            self._bad ^= bool(self._rng.random() < (self._ends if self._bad else self._begins))
+        self._count += 1
+        if self._bad:
+            rest = np.zeros_like(self._last)
+            return self._last, rest, rest
+        self._last = position
+        return position, velocity, acceleration
+
+
+class ElasticJoints:
+    """Deflections d = q_link - q_motor of n joints, each a damped spring that its motor's acceleration excites.
+
+        d'' + 2 zeta w d' + w^2 d = -q_motor'',   w = 2 pi ``resonance_hz``, zeta = ``damping``
+
+    All joints have one frequency, that of the whole arm's first mode. A step of ``step_s`` is exact for an acceleration
+    that is constant in it. Weight and rope, which deflect them too, are left out.
+    """
+
+    def __init__(self, joints: int, resonance_hz: float, damping: float, step_s: float) -> None:
+        w = 2 * math.pi * resonance_hz
+        self._spring = np.array([w * w, 2 * damping * w])
+        system = np.zeros((3, 3))  # d, d' and the constant acceleration
+        system[0, 1], system[1, :2], system[1, 2] = 1.0, -self._spring, -1.0
+        self._step = expm(step_s * system)[:2]
+        self._state = np.zeros((3, joints))
+
+    @property
+    def deflection_rad(self) -> Array:
+        """The deflections (n,) now."""
+        return np.asarray(self._state[0])
+
+    def swung(self, acceleration_rad_s2: Array) -> tuple[Array, Array, Array]:
+        """Return the deflections (n,) now, their velocities and accelerations, and step on.
+
+        The motors accelerate by ``acceleration_rad_s2`` (n,) in the coming step.
+        """
+        position, velocity, self._state[2] = self._state[0], self._state[1], acceleration_rad_s2
+        change = -self._spring @ self._state[:2] - acceleration_rad_s2
+        stepped = self._step @ self._state
+        swung = position.copy(), velocity.copy(), change
+        self._state[:2] = stepped
+        return swung

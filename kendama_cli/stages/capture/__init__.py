@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from kendama_cli.devices.demonstrator.settings import CaptureSettings
 from kendama_cli.schema.declaration import StageDeclaration
-from kendama_cli.stages.capture.messages import TOPICS
+from kendama_cli.schema.foxglove import FrameTransform
 
 STAGE = StageDeclaration(
     name="capture",
@@ -13,10 +13,10 @@ STAGE = StageDeclaration(
     run="kendama_cli.stages.capture.stage:Capture",
     returns="kendama_cli.artifacts.demonstration:DemonstrationSet",
     settings={"capture": CaptureSettings},
-    topics=TOPICS,
+    topics={"/capture/cup": FrameTransform},
     kind="records",
     chapter="kendama_cli.stages.capture.chapter:capture_figures",
-    replay="kendama_cli.stages.capture.performance:replay",
+    replay="kendama_cli.stages.capture.chapter:replay",
     episodes="kendama_cli.stages.capture.episodes:episodes",
     brief="swings of {duration_s:.1f} s: {n_demonstrations}",
     metrics={

@@ -1,4 +1,4 @@
-"""The figures of capture: the swings that were recorded."""
+"""Figures and replay of capture: the swings that were recorded."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.origin import swings_of
 from kendama_cli.report.plot import drawing, legend_above
+from kendama_cli.report.replay.performance import Performance, cup_alone
 from kendama_cli.report.source import StageLog
 from kendama_cli.report.style import CUP
 from kendama_cli.report.tracks import paths_by_child, side_view
@@ -56,3 +57,14 @@ def capture_figures(log: StageLog) -> list[Figure]:
         ),
         panels,
     )
+
+
+def replay(log: StageLog) -> list[Performance]:
+    """Return the first demonstration: the cup alone."""
+    cups = log.table("/capture/cup", FrameTransform)
+    if cups.empty:
+        return []
+    name = min(cups["child"])
+    origin = log.metrics.get("origin")
+    found = cup_alone(cups[cups["child"] == name], f"Demonstration {name}" + (f" ({origin})" if origin else ""))
+    return [found] if found is not None else []

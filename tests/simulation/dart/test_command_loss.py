@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from kendama_cli.simulation.dart.command_loss import CommandLoss
+from kendama_cli.simulation.dart.arm_errors import CommandLoss
 
 
 def test_as_many_commands_are_lost_as_declared_in_bursts_of_the_declared_length() -> None:

@@ -10,8 +10,7 @@ from scipy.integrate import solve_ivp
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm_errors import ArmErrors
-from kendama_cli.simulation.dart.elastic_joints import ElasticJoints
+from kendama_cli.simulation.dart.arm_errors import ArmErrors, ElasticJoints
 from kendama_cli.simulation.dart.rollout import play_rollout
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
