@@ -67,7 +67,6 @@ LONGEST_FIRST = (
     "simulation/swingup/test_gym.py",
     "plugins/films/test_detect.py",
     "plugins/calibration/test_hand_eye.py",
-    "simulation/swingup/test_best_swing.py",
     "stages/test_adapt.py",
     "pipeline/test_kinds.py",
     "report/replay/test_browser.py",

@@ -89,7 +89,7 @@ adapt: in_the_way failure_reason, rollouts_to_lasting rollouts_to_robust, repeat
 adapt: shift_mm goal_shift_mm, side_miss_mm lateral_miss_mm, windows tau_windows
 interact: contact_share contact_fraction
 learn: rollouts_to_first rollouts_to_learned, rollouts_to_proof rollouts_to_solved, proven solved
-learn: chance_rate random_success_rate, swings half_swings, fewest_swings_found min_half_swings_found
+learn: chance_rate random_success_rate, swings half_swings
 predict: horizon_ms prediction_horizon_ms, seen_fraction observed_fraction
 rehearse: behind_rms_mrad tracking_error_rms_mrad, behind_most_mrad tracking_error_max_mrad
 rehearse: apart_from_twin_most_mrad twin_deviation_max_mrad

@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 
 import kendama_cli
-from kendama_cli.errors import ConfigError
 from kendama_cli.gym import SwingUp, SwingUpVector
 from kendama_cli.learning.learners import begin_learner
 from kendama_cli.learning.state import SwingState
@@ -19,7 +18,6 @@ from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.hand_world import HandWorld
 from kendama_cli.simulation.dart.world import ArmWorld
-from kendama_cli.simulation.swingup.best_swing import best_swing
 from kendama_cli.simulation.swingup.engine import catch_limiter
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.rail import CompiledRail
@@ -87,20 +85,12 @@ def pulled(world: ArmWorld | HandWorld, step: Callable[[], None], tie_m: np.ndar
     return world.ball.tension_n
 
 
-def soonest_s() -> float | None:
-    """The time to the goal of the best swing; None where no swing reaches it."""
-    try:
-        return best_swing(learn_settings("easy"), GAME).time_to_goal_s
-    except ConfigError:
-        return None
-
-
-def limits() -> dict[str, float | None]:
-    """The speed [m/s] that a cup at rest has after the largest action, and what searches find with it."""
+def limits() -> dict[str, float]:
+    """The speed [m/s] that a cup at rest has after the largest action, and what a planner finds with it."""
     hard = learn_settings("hard", "learn/learner=model_based")
     many = SwingUpVector(1, hold_s=HOLD_S)
     many.reset(seed=1)
-    found: dict[str, float | None] = {"many": float(many.step(np.array([4]))[0][0, 1])}
+    found = {"many": float(many.step(np.array([4]))[0][0, 1])}
     for engine in ("rail", "dart"):
         one = SwingUp([f"simulation/engine={engine}"], hold_s=HOLD_S)
         one.reset(seed=1)
@@ -111,7 +101,6 @@ def limits() -> dict[str, float | None]:
     costs = planner._costs(np.array([[4.0, 0.0, 0.2]]), pushed, np.array([[0.1, 0.0, 1.0]]))
     return found | {
         "planner": float(costs[0]),
-        "best": soonest_s(),
         "compiled": rollout("sarsa"),
         "catch": catch_limiter(hard).limit(8.0, 0.0, 0.0),
     }

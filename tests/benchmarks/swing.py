@@ -15,7 +15,6 @@ from kendama_cli.learning.decision import GreedyPolicy
 from kendama_cli.learning.sarsa import SarsaLearner
 from kendama_cli.learning.state import SwingState
 from kendama_cli.simulation.swingup import rail_kernel as kernel
-from kendama_cli.simulation.swingup.best_swing import best_swing
 from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.rail import CompiledRail, physics
@@ -144,12 +143,6 @@ def main() -> None:
         peer = peers.get(name, "")
         ratio = f"{rate / rates[peer]:8.2f} x {peer}" if peer in rates else ""
         print(f"{name:34s} {rate:14,.0f} steps/s {ratio}")
-    began = time.perf_counter()
-    best_swing.cache_clear()
-    bound = best_swing(learn_settings(), GAME)
-    print(
-        f"{'bound of limit':34s} {time.perf_counter() - began:14.3f} s       {bound.time_to_goal_s:.3f} s to the goal"
-    )
 
 
 if __name__ == "__main__":

@@ -88,7 +88,6 @@ def _learn(path: Path, rng: np.random.Generator, needed: int, learned: bool) -> 
         "random_success_rate": 0.0025,
         "half_swings": float(rng.integers(3, 5)),
         "time_to_goal_s": float(1.5 + 0.2 * rng.random()),
-        "best_found_s": 1.31,
         "peak_displacement_m": 0.39,
     }
     log.finish(path, stage="learn", settings={"learn": {"count": {"cap": CAP}}}, metrics=metrics)

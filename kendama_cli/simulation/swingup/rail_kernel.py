@@ -292,31 +292,6 @@ def play(swings: Array, commands: Array, steps: int, p: Physics) -> None:
 
 
 @compiled
-def spread(  # noqa: PLR0917 - plain arrays, as compiled code takes them
-    swings: Array, tallies: Array, commands: Array, steps: Array, p: Physics, w: Limits, catch: Limits, aim: Aim
-) -> tuple[Array, Array]:
-    """Hold commands[i] from swings[i] for steps[i], in place; for each how it ended and after how many steps.
-
-    Where the ball has to be caught, a release that is followed by none ends as OUTSIDE does. ``catch`` are the limits
-    of the flight.
-    """
-    ends = np.zeros(len(swings), np.int64)
-    taken = steps.copy()
-    for i in range(len(swings)):
-        for k in range(steps[i]):
-            ends[i] = _advance(swings[i], tallies[i], commands[i], 1.0, p, w, aim)
-            if ends[i] != DUE:
-                taken[i] = k + 1
-                if ends[i] == GOAL and aim.caught:
-                    flown = swings[i].copy()
-                    fly(flown, LONGEST_FLIGHT, aim.catch_acceleration_m_s2, p, catch)
-                    if not is_caught(flown, aim.mouth_m, p, catch):
-                        ends[i] = OUTSIDE
-                break
-    return ends, taken
-
-
-@compiled
 def hold_each(  # noqa: PLR0917 - plain arrays, as compiled code takes them
     swings: Array,
     tallies: Array,
@@ -387,7 +362,6 @@ def _load() -> None:
     hold(s, tally, np.zeros(4), np.zeros((2, 2)), 0, 0.0, 1.0, 0.0, 1.0, 0, 0.02, *packed(p, w, aim, bins, 0.1))
     fly(s, 1, 9.0, p, w)
     is_caught(s, 0.02, p, w)
-    spread(s[None].copy(), tally[None].copy(), np.zeros(1), np.ones(1, np.int64), p, w, w, aim)
 
 
 _load()

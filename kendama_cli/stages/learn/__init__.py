@@ -57,8 +57,6 @@ STAGE = StageDeclaration(
         "time_to_goal_s": "Median time until the goal, over successful rollouts; shorter is better.",
         "peak_displacement_m": "Largest distance of the cup from its start in the evaluation.",
         "simulated_s": "Simulated time of all rollouts, as long as they would take on an arm.",
-        "best_found_s": "Shortest time to the goal that a search without noise found: a bound for the learner.",
-        "min_half_swings_found": "Number of half-swings in the fastest swing-up that the search found.",
         "random_success_rate": "Fraction of random harmonic motions that reach the goal: the random baseline.",
     },
     capped={"rollouts_to_learned": "learned", "rollouts_to_solved": "solved"},

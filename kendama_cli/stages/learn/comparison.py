@@ -15,7 +15,7 @@ from kendama_cli.report.figure import Figure, Panel, figure, lettered
 from kendama_cli.report.intervals import interquartile_interval, interquartile_mean
 from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
-from kendama_cli.report.style import INK, SERIES
+from kendama_cli.report.style import SERIES
 from kendama_cli.report.tracks import Array
 from kendama_cli.schema.declaration import Headline
 from kendama_cli.stages.learn.comparison_tables import learning_tables
@@ -55,8 +55,7 @@ def learning_figures(runs: Ensemble) -> list[Figure]:
                     "Fraction of noisy rollouts of each frozen policy that end in the cup by noisy sight, seeds from"
                     " the worst to the best: a flat line at 100 % is a reliable method.",
                     "Half-swings that the frozen policy needs (median of its successes), by seed: fewer are better.",
-                    "Time to the release of the frozen policy (median of its successes), by seed. Dashed: the soonest"
-                    " that a search without noise found.",
+                    "Time to the release of the frozen policy (median of its successes), by seed.",
                 ],
             ),
             frozen,
@@ -198,8 +197,7 @@ def _times(groups: Sequence[Group]) -> Panel | None:
     known = [times for times in found if len(times)]
     if not known:
         return None
-    bounds = [value for group in groups for value in group.figures("best_found_s")]
-    low, high = min([*bounds, *(float(times.min()) for times in known)]), max(float(times.max()) for times in known)
+    low, high = min(float(times.min()) for times in known), max(float(times.max()) for times in known)
     edges = np.linspace(low - 0.02, high + 0.02, 25).tolist()
     with drawing("sweep-times", "Time to the goal", height_in=2.6, width_in=3.4) as made:
         axes = made.axes()[0]
@@ -207,8 +205,6 @@ def _times(groups: Sequence[Group]) -> Panel | None:
             alpha = 0.25 if len(groups) > 1 else 0.75
             axes.hist(times, edges, color=colour, alpha=alpha, lw=0, label=f"_{group.legend}")
             axes.hist(times, edges, color=colour, histtype="step", lw=1.1, label=group.legend)
-        for bound in sorted(set(bounds)):
-            axes.axvline(bound, color=INK, lw=0.9, ls=(0, (4, 3)), label="_soonest by search")
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("time to the goal [s]")
         axes.set_ylabel("seeds")

@@ -45,7 +45,7 @@ def learning_tables(runs: Ensemble) -> str:
         "half-swings",
         "time to release",
     ]
-    head += ["soonest found by search", "peak displacement"]
+    head.append("peak displacement")
     parts.append(grid(head, [_quality(group) for group in groups], name="learn-frozen", title="The frozen policies"))
     return "".join(parts)
 
@@ -99,7 +99,7 @@ def _quality(group: Group) -> list[Cell]:
     caught, known = group.figures("frozen_visual_caught_rate"), group.figures("frozen_caught_rate")
     rates = ((member.figure("frozen_visual_caught_rate"), member.seed) for member in group.members)
     worst = min(((rate, seed) for rate, seed in rates if rate is not None), default=None)
-    soonest, peak = group.figures("best_found_s"), group.figures("peak_displacement_m")
+    peak = group.figures("peak_displacement_m")
     medians = {name: _median(group.figures(name)) for name in ("half_swings", "time_to_goal_s")}
     return [
         group.cell(),
@@ -108,7 +108,6 @@ def _quality(group: Group) -> list[Cell]:
         percent(float(known.mean()), between=rate_interval(known), digits=1) if len(known) else EMPTY,
         _cell(medians["half_swings"]),
         _cell(medians["time_to_goal_s"], "s"),
-        _cell(_median(soonest), "s"),
         _cell(float(peak.max()) if len(peak) else None, "m"),
     ]
 

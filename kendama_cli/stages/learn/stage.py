@@ -14,7 +14,6 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.simulation.swingup.best_swing import BestSwing, best_swing
 from kendama_cli.simulation.swingup.engine import SwingEngine
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from kendama_cli.simulation.swingup.frozen_rollouts import FrozenRollouts, random_success_rate
@@ -39,7 +38,6 @@ class Learn:
 
     def prepare(self) -> None:
         """Find what is the same for every seed, and load the compiled code of the engine."""
-        best_swing(self._settings, self._game)
         random_success_rate(self._settings, self._game)
         environment, _ = self._environments()
         learner = begin_learner(self._settings)
@@ -57,10 +55,9 @@ class Learn:
         late and noisy, ``frozen_caught_rate`` that which it catches where it knows the true ball,
         ``frozen_success_rate`` the fraction of what the task calls a success; ``half_swings`` and ``time_to_goal_s``
         are medians over the successes, and ``peak_displacement_m`` is the maximum of all. ``random_success_rate`` is
-        the fraction of random harmonics that succeed. ``best_found_s`` and ``min_half_swings_found`` are what a search
-        without noise found; ConfigError is raised where it found nothing. If unsolved nothing is raised.
+        the fraction of random harmonics that succeed. If unsolved nothing is raised.
         """
-        best, chance = best_swing(self._settings, self._game), random_success_rate(self._settings, self._game)
+        chance = random_success_rate(self._settings, self._game)
         environment, validation = self._environments()
         learner, progress = self._begin(ctx)
         with FrozenRollouts(validation) as frozen:
@@ -71,7 +68,7 @@ class Learn:
             with FrozenRollouts(environment) as frozen:
                 self._evaluate(frozen, learner, progress, ctx)
         self._log_nominal(environment, learner, ctx)
-        metrics = {**self._metrics(learner, progress, best), "random_success_rate": chance}
+        metrics = {**self._metrics(learner, progress), "random_success_rate": chance}
         return StageResult(learner.policy, metrics, _warnings(self._settings, chance, solved=learner.count.solved))
 
     def _environments(self) -> tuple[SwingUpEnvironment, SwingUpEnvironment]:
@@ -155,7 +152,7 @@ class Learn:
 
         environment.roll_out(policy, environment.noiseless(), log_step)
 
-    def _metrics(self, learner: Learner, progress: LearnProgress, best: BestSwing) -> dict[str, Metric]:
+    def _metrics(self, learner: Learner, progress: LearnProgress) -> dict[str, Metric]:
         count = learner.count
         return {
             "learned": count.learned,
@@ -164,8 +161,6 @@ class Learn:
             "rollouts_to_solved": count.rollouts_to_solved(self._settings.count),
             "rollouts": count.rollouts,
             **progress.metrics(self._settings.count.evaluation),
-            "best_found_s": best.time_to_goal_s,
-            "min_half_swings_found": best.half_swings,
         }
 
 
