@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.arrays import Array, set_arrays
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,4 @@ class CatchPose:
     n_observations: int
 
     def __post_init__(self) -> None:
-        for name, shape in (
-            ("position_m", (3,)),
-            ("velocity_m_s", (3,)),
-            ("covariance_m2", (3, 3)),
-            ("rotation_wxyz", (4,)),
-        ):
-            object.__setattr__(self, name, array(name, getattr(self, name), shape))
+        set_arrays(self, position_m=(3,), velocity_m_s=(3,), covariance_m2=(3, 3), rotation_wxyz=(4,))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.schema.arrays import Array, array, rising
+from kendama_cli.schema.arrays import Array, rising, set_arrays
 
 
 @dataclass(frozen=True)
@@ -25,12 +25,11 @@ class Demonstration:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t_s", rising("t_s", self.t_s))
-        object.__setattr__(self, "position_m", array("position_m", self.position_m, (len(self.t_s), 3)))
+        set_arrays(self, position_m=(len(self.t_s), 3))
         if self.rotation_wxyz is not None:
-            rotation = array("rotation_wxyz", self.rotation_wxyz, (len(self.t_s), 4))
-            if np.abs(np.linalg.norm(rotation, axis=1) - 1).max() > 1e-6:
+            set_arrays(self, rotation_wxyz=(len(self.t_s), 4))
+            if np.abs(np.linalg.norm(self.rotation_wxyz, axis=1) - 1).max() > 1e-6:
                 raise ValueError(f"rotation_wxyz of '{self.name}' holds quaternions that are not of unit length")
-            object.__setattr__(self, "rotation_wxyz", rotation)
         if len(self.t_s) < 3:
             raise ValueError(f"a demonstration needs at least 3 samples, '{self.name}' has {len(self.t_s)}")
 

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from kendama_cli.artifacts.servo_model import ServoModel
-from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.arrays import Array, set_arrays
 
 Numbers = TypeVar("Numbers", float, Array)
 
@@ -33,9 +33,8 @@ class ParametricFriction:
     offset_nm: Array
 
     def __post_init__(self) -> None:
-        n = len(self.coulomb_nm)
-        for name in ("coulomb_nm", "stribeck_nm", "stribeck_rad_s", "viscous_nm_s", "offset_nm"):
-            object.__setattr__(self, name, array(name, getattr(self, name), (n,)))
+        names = "coulomb_nm", "stribeck_nm", "stribeck_rad_s", "viscous_nm_s", "offset_nm"
+        set_arrays(self, **dict.fromkeys(names, (len(self.coulomb_nm),)))
         if not (self.stribeck_rad_s > 0).all():
             raise ValueError(f"stribeck_rad_s must be positive, not {self.stribeck_rad_s.tolist()}")
 
@@ -60,9 +59,9 @@ class NetworkFriction:
     """(n, h + 1): weights of the hidden units, and bias [Nm]"""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "hidden", array("hidden", self.hidden, (None, None, 3)))
+        set_arrays(self, hidden=(None, None, 3))
         n, h, _ = self.hidden.shape
-        object.__setattr__(self, "output", array("output", self.output, (n, h + 1)))
+        set_arrays(self, output=(n, h + 1))
 
 
 @dataclass(frozen=True)
@@ -87,8 +86,7 @@ class FrictionModel:
         n = len(self.joint_names)
         if self.chosen not in ("parametric", "network"):
             raise ValueError(f"chosen must be 'parametric' or 'network', not {self.chosen!r}")
-        for name in ("max_speed_rad_s", "parametric_rms_nm", "network_rms_nm"):
-            object.__setattr__(self, name, array(name, getattr(self, name), (n,)))
+        set_arrays(self, max_speed_rad_s=(n,), parametric_rms_nm=(n,), network_rms_nm=(n,))
         for name, count in (("parametric", len(self.parametric.coulomb_nm)), ("network", len(self.network.hidden))):
             if count != n:
                 raise ValueError(f"{name} is for {count} joints, not {n}")

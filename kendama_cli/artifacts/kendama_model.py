@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.arrays import Array, set_arrays
 from kendama_cli.settings.game import GameSettings, MeasuredAir
 
 
@@ -29,7 +29,7 @@ class KendamaModel:
     rms_m: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "drag_covariance", array("drag_covariance", self.drag_covariance, (2, 2)))
+        set_arrays(self, drag_covariance=(2, 2))
 
     def drag_n_s_m(self, speed_m_s: float) -> tuple[float, float]:
         """Return k1 + k2 v, and its standard deviation."""

@@ -6,7 +6,7 @@ import math
 import typing
 from dataclasses import dataclass
 
-from kendama_cli.schema.arrays import Array, array, rising
+from kendama_cli.schema.arrays import Array, rising, set_arrays
 from kendama_cli.settings.placement import Placement
 
 
@@ -24,9 +24,8 @@ class TurnPlan:
     weights: Array
 
     def __post_init__(self) -> None:
-        for name in ("start_rad", "start_velocity_rad_s", "goal_rad", "goal_velocity_rad_s"):
-            object.__setattr__(self, name, array(name, getattr(self, name), (3,)))
-        object.__setattr__(self, "weights", array("weights", self.weights, (3, None)))
+        set_arrays(self, start_rad=(3,), start_velocity_rad_s=(3,), goal_rad=(3,), goal_velocity_rad_s=(3,))
+        set_arrays(self, weights=(3, None))
 
 
 @dataclass(frozen=True)
@@ -65,19 +64,10 @@ class MotionPlan:
     """None where the demonstrations have no orientation: the cup stays upright."""
 
     def __post_init__(self) -> None:
-        c = len(self.coordinates)
-        object.__setattr__(self, "centers", array("centers", self.centers, (None,)))
-        m = len(self.centers)
-        for name, shape in (
-            ("start_m", (c,)),
-            ("start_velocity_m_s", (c,)),
-            ("goal_m", (c,)),
-            ("goal_velocity_m_s", (c,)),
-            ("weights", (c, m)),
-            ("widths", (m,)),
-            ("variation", (None, 1 + c * (3 + m))),
-        ):
-            object.__setattr__(self, name, array(name, getattr(self, name), shape))
+        set_arrays(self, centers=(None,))
+        c, m = len(self.coordinates), len(self.centers)
+        set_arrays(self, start_m=(c,), start_velocity_m_s=(c,), goal_m=(c,), goal_velocity_m_s=(c,))
+        set_arrays(self, weights=(c, m), widths=(m,), variation=(None, 1 + c * (3 + m)))
         for name in ("duration_s", "tau_scale", "stiffness", "phase_decay"):
             if not 0 < getattr(self, name) < math.inf:
                 raise ValueError(f"{name} must be positive and finite, not {getattr(self, name)!r}")
@@ -116,8 +106,7 @@ class JointTrajectory:
     def __post_init__(self) -> None:
         object.__setattr__(self, "t_s", rising("t_s", self.t_s))
         shape = (len(self.t_s), len(self.joint_names))
-        for name in ("position_rad", "velocity_rad_s", "acceleration_rad_s2"):
-            object.__setattr__(self, name, array(name, getattr(self, name), shape))
+        set_arrays(self, position_rad=shape, velocity_rad_s=shape, acceleration_rad_s2=shape)
 
 
 @dataclass(frozen=True)

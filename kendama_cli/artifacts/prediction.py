@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.arrays import Array, array, set_arrays
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,8 @@ class PredictionStudy:
     time_error_ms: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "seen_fraction", array("seen_fraction", self.seen_fraction, (None,)))
-        shape = (None, len(self.seen_fraction))
-        object.__setattr__(self, "horizon_ms", array("horizon_ms", self.horizon_ms, shape))
+        set_arrays(self, seen_fraction=(None,))
+        set_arrays(self, horizon_ms=(None, len(self.seen_fraction)))
         shape = self.horizon_ms.shape
         for name in ("position_error_mm", "time_error_ms"):
             object.__setattr__(self, name, array(name, getattr(self, name), shape, finite=False))

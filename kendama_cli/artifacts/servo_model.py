@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.arrays import Array, set_arrays
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class ServoModel:
     offset_rad: Array
 
     def __post_init__(self) -> None:
-        for name in ("lag_s", "lag_sigma_s", "sag_rad_nm", "offset_rad"):
-            object.__setattr__(self, name, array(name, getattr(self, name), (len(self.joint_names),)))
+        shape = (len(self.joint_names),)
+        set_arrays(self, lag_s=shape, lag_sigma_s=shape, sag_rad_nm=shape, offset_rad=shape)
 
     @property
     def delay_s(self) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.arrays import Array, set_arrays
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,8 @@ class JointLimits:
     effort_nm: Array
 
     def __post_init__(self) -> None:
-        n = len(self.lower_rad)
-        for name in ("lower_rad", "upper_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm"):
-            object.__setattr__(self, name, array(name, getattr(self, name), (n,)))
+        names = "lower_rad", "upper_rad", "velocity_rad_s", "acceleration_rad_s2", "effort_nm"
+        set_arrays(self, **dict.fromkeys(names, (len(self.lower_rad),)))
 
     def to_stop_rad(self, position_rad: Array) -> Array:
         """Return how far ``position_rad`` (..., n) is from the nearer stop (..., n) [rad]; negative beyond it."""

@@ -24,6 +24,12 @@ def array(name: str, value: ArrayLike, shape: tuple[int | None, ...], *, finite:
     return made
 
 
+def set_arrays(record: object, **shapes: tuple[int | None, ...]) -> None:
+    """Make the named fields of a frozen dataclass read-only arrays of these shapes; raises ValueError as ``array``."""
+    for name, shape in shapes.items():
+        object.__setattr__(record, name, array(name, getattr(record, name), shape))
+
+
 class NotUnitError(ValueError):
     """A quaternion that is none of a rotation: its ``index`` among those given, and its ``length``."""
 

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from kendama_cli.devices.demonstrator.settings import DEMONSTRATORS, CaptureSettings
 from kendama_cli.devices.streams.live_figures import Tell, silent
-from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.arrays import Array, set_arrays
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,7 @@ class DemonstratorSample:
     tracked: bool
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "position_m", array("position_m", self.position_m, (3,)))
-        object.__setattr__(self, "rotation_wxyz", array("rotation_wxyz", self.rotation_wxyz, (4,)))
+        set_arrays(self, position_m=(3,), rotation_wxyz=(4,))
 
 
 class Demonstrator(Protocol):

@@ -10,7 +10,7 @@ import numpy as np
 from kendama_cli.errors import HardwareError
 from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.limits import JointLimits
-from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.arrays import Array, set_arrays
 
 
 @dataclass(frozen=True)
@@ -66,9 +66,7 @@ class SceneState:
     ball_m: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "position_rad", array("position_rad", self.position_rad, (len(self.position_rad),)))
-        for name, shape in (("cup_m", (3,)), ("cup_rotation", (3, 3)), ("ball_m", (3,))):
-            object.__setattr__(self, name, array(name, getattr(self, name), shape))
+        set_arrays(self, position_rad=(len(self.position_rad),), cup_m=(3,), cup_rotation=(3, 3), ball_m=(3,))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.arrays import Array, set_arrays
 from kendama_cli.settings.camera import LensKind
 from kendama_cli.vision.cameras.radial_lens import RadialLens, Straight
 
@@ -41,14 +41,8 @@ class CameraModel:
     """The arm's link that carries the camera: what is said of the world is then of this link (see ``carried``)"""
 
     def __post_init__(self) -> None:
-        for name, shape in (
-            ("focal_px", (2,)),
-            ("center_px", (2,)),
-            ("distortion", (5,)),
-            ("world_to_camera", (3, 3)),
-            ("position_in_world_m", (3,)),
-        ):
-            object.__setattr__(self, name, array(name, getattr(self, name), shape))
+        set_arrays(self, focal_px=(2,), center_px=(2,), distortion=(5,))
+        set_arrays(self, world_to_camera=(3, 3), position_in_world_m=(3,))
         if (
             not np.allclose(self.world_to_camera @ self.world_to_camera.T, np.eye(3), atol=1e-9)
             or np.linalg.det(self.world_to_camera) < 0

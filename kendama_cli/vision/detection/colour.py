@@ -11,7 +11,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 
-from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.arrays import Array, set_arrays
 from kendama_cli.vision.detection.interface import Image
 from kendama_cli.vision.settings import ColourDetectorSettings
 
@@ -59,7 +59,7 @@ class LearnedColour:
     value_min: int
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "log_odds", array("log_odds", self.log_odds, (HUES, SATURATIONS)))
+        set_arrays(self, log_odds=(HUES, SATURATIONS))
 
     @cached_property
     def _table(self) -> Image:

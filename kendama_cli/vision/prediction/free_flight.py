@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kendama_cli.physics.free_fall import drag_over_speed
-from kendama_cli.schema.arrays import Array, array
+from kendama_cli.schema.arrays import Array, set_arrays
 
 STEP_S = 0.05
 """Longest step of the integration: over 0.6 s of flight it is then within 1e-7 m."""
@@ -42,7 +42,7 @@ class FreeFlight:
     drag_per_m: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "gravity_m_s2", array("gravity_m_s2", self.gravity_m_s2, (3,)))
+        set_arrays(self, gravity_m_s2=(3,))
         for name in ("drag_per_s", "drag_per_m"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name} must not be negative, it is {getattr(self, name)!r}")
