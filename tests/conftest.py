@@ -51,7 +51,7 @@ LONGEST_FIRST = (
     "plugins/calibration/test_calibration.py",
     "report/test_page.py",
     "plugins/phone/test_simulated.py",
-    "stages/test_identify.py",
+    "plugins/identification/test_friction_stage.py",
     "plugins/teleoperation/play/test_server.py",
     "plugins/calibration/test_setup_commands.py",
     "plugin/test_documented_parts.py",

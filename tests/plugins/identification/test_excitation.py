@@ -20,7 +20,7 @@ from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
 SHIPPED = build(
     IdentifySettings,
-    yaml.safe_load((Path(__file__).parents[2] / "conf/identify/sweep.yaml").read_text()),
+    yaml.safe_load((Path(__file__).parents[3] / "conf/identify/sweep.yaml").read_text()),
     "identify",
 )
 GAME = kendama_game()

@@ -19,7 +19,7 @@ from kendama_cli.stages.interface import StageResult
 from tests.memory_context import MemoryContext
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
-CONF = Path(__file__).parents[2] / "conf"
+CONF = Path(__file__).parents[3] / "conf"
 SHIPPED = build(IdentifySettings, yaml.safe_load((CONF / "identify/sweep.yaml").read_text()), "identify")
 QUICK = dataclasses.replace(SHIPPED, duration_s=8.0, held_out_s=5.0, hidden_units=3, tracking_laps=1)
 TWIN = build(TwinHardware, yaml.safe_load((CONF / "hardware/twin.yaml").read_text()), "hardware")
