@@ -72,7 +72,7 @@ def test_the_servos_lag_is_found_and_an_arm_that_follows_has_none(made: StageRes
 
 def test_the_log_tells_of_the_motion_the_friction_and_the_circle(context: MemoryContext, made: StageResult) -> None:
     topics = {topic for topic, _, _ in context.log.messages}
-    assert topics == {f"/identify/{name}" for name in ("joints", "wrench", "friction")} | {
+    assert topics == {f"/identify/{name}" for name in ("joints", "wrench", "friction", "servo")} | {
         f"/identify/tracking/{name}" for name in ("reference", "before", "after")
     }
     joints = {message.joint for topic, _, message in context.log.messages if topic == "/identify/friction"}
