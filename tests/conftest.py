@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import gc
 import os
 import signal
 import subprocess
@@ -21,6 +22,10 @@ from tests.toy_project import ToyProject
 
 # before any worker imports numpy: threads that wait for each other take twice the computation, and longer
 os.environ.update(one_thread())
+
+# a process that writes no bytecode rewrites the asserts of 600 files, as would each of the workers
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # started as a shell's background job, this process ignores Ctrl-C, and so would all that it starts
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -123,6 +128,13 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
     """Run tests of real time beside each other only."""
     with alone.turn(realtime=item.get_closest_marker("realtime") is not None):
         return (yield)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish() -> None:
+    """Keep what collection made out of each later search for garbage: half a million objects that live to the end."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_sessionfinish() -> None:

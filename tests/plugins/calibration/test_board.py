@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from kendama_cli.plugins.calibration.board import KINDS, Board, BoardSearch
+from kendama_cli.plugins.calibration.board import CHESSBOARD, KINDS, Board, BoardSearch, find_board
 from kendama_cli.plugins.calibration.calibration import calibrate
 
 PER_SQUARE = 60
@@ -83,13 +83,13 @@ def test_a_board_of_each_kind_is_recognised_and_calibrates_to_the_pinhole_that_s
 
 
 def test_two_ways_round_a_chessboard_are_told_apart_by_its_colours() -> None:
-    picture = cv2.cvtColor(cv2.resize(chessboard(10, 7), (800, 580)), cv2.COLOR_GRAY2BGR)
+    picture = cv2.cvtColor(cv2.resize(chessboard(10, 7), (400, 290)), cv2.COLOR_GRAY2BGR)
     upright, turned = (
-        BoardSearch(Board(10, 7, 0.025, 0.02)).find(image, "") for image in (picture, picture[::-1, ::-1])
+        find_board(Board(10, 7, 0.025, 0.02, CHESSBOARD), image, "") for image in (picture, picture[::-1, ::-1])
     )
     assert upright is not None
     assert turned is not None
-    np.testing.assert_allclose(turned.pixels, [799, 579] - upright.pixels, atol=0.3)
+    np.testing.assert_allclose(turned.pixels, [399, 289] - upright.pixels, atol=0.3)
 
 
 def test_no_board_is_none_and_an_image_of_noise_too() -> None:
