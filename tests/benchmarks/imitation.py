@@ -4,7 +4,8 @@
 one transfer per twin and draw. A draw is a seed from ``FIRST`` on, of factors on the twin's rope and drag, which are
 sampled from 'hard', and of the noise of readings. The motions that an aim chooses among are the model's, so that they
 are simulated once, at the first miss. ``FOLDER/rows.csv`` gains a row a draw; draws that stand there are not played
-again. The table that is printed has 95 % intervals (Clopper-Pearson).
+again. The table that is printed has 95 % intervals (Clopper-Pearson). ``HARDWARE+servo`` leads from the first rollout
+on by the servo that the transfer of seed ``FIRST`` - 1 has found.
 """
 
 from __future__ import annotations
@@ -144,15 +145,22 @@ def main() -> None:
     imitation = Imitation(folder, OPEN_LOOP)
 
     def player(name: str) -> Callable[[int], Row]:
-        twin = kendama.configuration([f"hardware={name}"])["hardware"]
+        hardware, _, known = name.partition("+")
+        twin = kendama.configuration([f"hardware={hardware}"])["hardware"]
 
-        def played(seed: int) -> Row:
+        def played(seed: int, servo: Path | None = None, log: Path | None = None) -> Row:
             rope, drag = drawn(seed)
             body = twin.imperfection
             body = dataclasses.replace(body, rope_scale=rope * body.rope_scale, drag_scale=drag * body.drag_scale)
-            return imitation.play(name, seed, dataclasses.replace(twin, imperfection=body))
+            changed = dataclasses.replace(twin, imperfection=body)
+            return imitation.play(name, seed, changed, servo=servo, log=log)
 
-        return played
+        if not known:
+            return played
+        kept = folder / f"{hardware}.mcap"
+        if not kept.exists():
+            played(first - 1, log=kept)
+        return lambda seed: played(seed, servo=kept)
 
     measure(folder, names, range(first, first + draws), player)
 
