@@ -70,7 +70,7 @@ def complaint(toy: ToyProject, *arguments: str) -> str:
         (
             ["run", "capture=fil"],
             "'capture' is 'fil', did you mean 'capture=file'? Allowed: body, file, haptic, iiwa_kendama, marker, "
-            "marker_live, mocap, phone, play",
+            "marker_live, mocap, phone, play, video",
         ),
         (["run", "capture.path=nowhere.csv"], "capture.path: no such file 'nowhere.csv'"),
         (["run", "capture=play"], "; 'kendama play' keeps tries there"),

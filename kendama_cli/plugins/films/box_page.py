@@ -25,12 +25,17 @@ FAREWELL_S = 0.5
 
 
 class BoxPage:
-    """The page of one film's boxes; ``write`` writes them and gives the lines that say how to go on."""
+    """The page of boxes about a ``thing``; ``write`` writes them and gives the lines that say how to go on."""
 
     def __init__(
-        self, listening: Listening, boxes: DrawnBoxes, about: dict[str, Any], write: Callable[[], list[str]]
+        self,
+        listening: Listening,
+        boxes: DrawnBoxes,
+        about: dict[str, Any],
+        write: Callable[[], list[str]],
+        thing: str = "ball",
     ) -> None:
-        self._boxes, self._about, self._write = boxes, about, write
+        self._boxes, self._about, self._write, self._thing = boxes, about, write, thing.encode()
         self._done = threading.Event()
         self._once = threading.Lock()
         self._lines: list[str] = []
@@ -56,12 +61,12 @@ class BoxPage:
                 return self._take(asked.sent)
             return self._finish() if asked.part == "done" else NOT_FOUND
         if head == "assets" and rest in ASSETS:
-            return Answer(200, ASSETS[rest], _read(rest))
+            return Answer(200, ASSETS[rest], self._read(rest))
         if head == "frame" and rest.isdecimal() and int(rest) in self._boxes.stills.jpeg:
             return Answer(200, "image/jpeg", self._boxes.stills.jpeg[int(rest)])
         if asked.part == "state":
             return self._state()
-        return NOT_FOUND if asked.part else Answer(200, "text/html", _read("boxes.html"))
+        return NOT_FOUND if asked.part else Answer(200, "text/html", self._read("boxes.html"))
 
     def _state(self) -> Answer:
         document = {**self._about, **self._boxes.document(), "missing": self._boxes.missing(), "lines": self._lines}
@@ -88,6 +93,6 @@ class BoxPage:
                 self._done.set()
             return self._state()
 
-
-def _read(name: str) -> bytes:
-    return (resources.files(__package__) / "page" / name).read_bytes()
+    def _read(self, name: str) -> bytes:
+        """Return a file of the page, whose texts name the thing; no other word in it is 'ball'."""
+        return (resources.files(__package__) / "page" / name).read_bytes().replace(b"ball", self._thing)

@@ -9,6 +9,7 @@ import typer
 
 from kendama_cli.cli.options import ConfigDir, Home, Json
 from kendama_cli.config.site import find_site
+from kendama_cli.errors import UsageError
 
 Teach = Annotated[
     Path | None,
@@ -45,6 +46,9 @@ def camera_train(
     ] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="TCP port of the page; 0 takes a free one.")] = 0,
     show: Annotated[bool, typer.Option("--show/--no-show", help="Open the page in the browser.")] = True,
+    cup: Annotated[
+        bool, typer.Option("--cup", help="Draw boxes of the cup too, for capture=video; all lie beside the video.")
+    ] = False,
     seed: Seed = 0,
 ) -> None:
     """Show what the ball looks like: draw boxes about it in stills of a film, on a page in the browser.
@@ -58,8 +62,13 @@ def camera_train(
 
         train_ball(path, output or Path("ball.npz"), seed)
         return
-    from kendama_cli.plugins.films.draw import PageOptions, boxes_folder, draw_boxes  # OpenCV
+    from kendama_cli.plugins.films.draw import PageOptions, boxes_folder, draw_ball_and_cup, draw_boxes  # OpenCV
 
+    if cup:
+        if output is not None:
+            raise UsageError("--cup and -o: boxes of ball and cup lie beside the video; leave out one of the two")
+        draw_ball_and_cup(path, PageOptions(port, show))
+        return
     draw_boxes(path, output or boxes_folder(path), PageOptions(port, show))
 
 

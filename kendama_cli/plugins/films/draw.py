@@ -17,6 +17,7 @@ from kendama_cli.errors import UsageError
 from kendama_cli.plugins.films.box_page import BoxPage
 from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes, drawn_before
 from kendama_cli.plugins.films.film_stills import film_stills
+from kendama_cli.plugins.films.swing_boxes import swing_boxes
 from kendama_cli.system.listening import listen
 
 
@@ -38,6 +39,20 @@ def draw_boxes(path: Path, folder: Path, options: PageOptions) -> None:
         _serve(path, folder, options, [f"{command} -o {shlex.quote(path.stem + '.csv')}"], render.text)
     except KeyboardInterrupt:
         render.note("ended; nothing was written")
+
+
+def draw_ball_and_cup(path: Path, options: PageOptions) -> None:
+    """Serve the page for the ball, then for the cup, and write their boxes beside the film, where capture=video finds
+    them; Ctrl-C leaves what is written.
+
+    Raises what ``draw_boxes`` raises.
+    """
+    try:
+        for thing, folder in swing_boxes(path).items():
+            run = [f"kendama run -p imitation capture=video capture.path={shlex.quote(str(path))}"]
+            _serve(path, folder, options, run if thing == "cup" else [], render.text, thing)
+    except KeyboardInterrupt:
+        render.note("ended; the boxes of this page were not written")
 
 
 def boxes_folder(path: Path) -> Path:
@@ -64,8 +79,10 @@ def boxes_for_track(path: Path) -> Path | None:
     return folder
 
 
-def _serve(path: Path, folder: Path, options: PageOptions, then: list[str], say: Callable[[str], None]) -> None:
-    """Serve the page until the boxes are written; its last lines, with ``then``, go to ``say``."""
+def _serve(  # noqa: PLR0917 - what is drawn where, and what is said of it
+    path: Path, folder: Path, options: PageOptions, then: list[str], say: Callable[[str], None], thing: str = "ball"
+) -> None:
+    """Serve the page until the boxes about the ``thing`` are written; its last lines, with ``then``, go to ``say``."""
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"{folder}: it is a file; the boxes of a film are written into a folder")
     film = VideoFile(path)
@@ -77,11 +94,11 @@ def _serve(path: Path, folder: Path, options: PageOptions, then: list[str], say:
     def write() -> list[str]:
         images, drawn = boxes.write(film, folder)
         without = images - drawn
-        return [f"{folder}: {drawn} boxes" + (f", and {without} images without the ball" if without else ""), *then]
+        return [f"{folder}: {drawn} boxes" + (f", and {without} images without the {thing}" if without else ""), *then]
 
-    page = BoxPage(listening, boxes, {"film": path.name, "folder": str(folder)}, write)
+    page = BoxPage(listening, boxes, {"film": path.name, "folder": str(folder)}, write, thing)
     say(page.address)
-    render.note("draw boxes about the ball on that page; Ctrl-C ends without writing any")
+    render.note(f"draw boxes about the {thing} on that page; Ctrl-C ends without writing any")
     if options.show:  # a browser that does not return must not keep the page
         threading.Thread(target=webbrowser.open, args=(page.address,), daemon=True).start()
     for line in page.serve():

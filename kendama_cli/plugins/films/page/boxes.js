@@ -202,7 +202,7 @@ function show() {
   if (state.lines.length) {
     $('work').hidden = true; $('end').hidden = false; $('done').hidden = true;
     $('written').textContent = state.lines[0]; $('command').textContent = state.lines[1] || ''; $('command').hidden = !state.lines[1];
-    $('then').textContent = state.lines[1] ? 'Track the ball in the film with' : 'The command goes on by itself.';
+    $('then').textContent = state.lines[1] ? 'Continue with' : 'The command goes on by itself.';
     $('count').textContent = 'written';
     return;
   }
