@@ -37,6 +37,8 @@ LENGTH_S = 0.2
 """Correlation time of the wobble: half a flight. A slower one looks like the flight itself, so none is learned."""
 
 Sights = list[tuple[float, RayConstraints]]
+DetectedFlight = tuple[FreeFlight, Sights]
+"""A flight's measurements, with the model of flight in the game of its log."""
 
 
 def detected(path: Path) -> bool:
@@ -50,8 +52,8 @@ def _topic(log: LogFile) -> str | None:
     return next((topic for topic in log.topics if topic.endswith("/detection")), None)
 
 
-def detected_flights(path: Path) -> tuple[FreeFlight, list[Sights]]:
-    """Return the flight model of a run's log, and the measurements of each flight from its first estimate on.
+def detected_flights(path: Path) -> list[DetectedFlight]:
+    """Return the measurements of each flight in a run's log, from its first estimate on.
 
     From there to the predicted catch the ball is known to fly. Raises InputError for a log without settings of cameras.
     """
@@ -80,10 +82,10 @@ def detected_flights(path: Path) -> tuple[FreeFlight, list[Sights]]:
         if seen.seen and first_s <= t_s < last_s:
             flights[seen.flight].append((float(t_s), ball_sight(cameras[seen.camera], _sighting(seen))))
     flight = flight_estimator(predict, game, game.cup.rim_m).flight
-    return flight, [one for one in flights.values() if len(one) >= FEWEST_DETECTIONS]
+    return [(flight, one) for one in flights.values() if len(one) >= FEWEST_DETECTIONS]
 
 
-def fit_noise(flight: FreeFlight, flights: Sequence[Sights]) -> ColouredMotion:
+def fit_noise(flights: Sequence[DetectedFlight]) -> ColouredMotion:
     """Fit noise and wobble under which the detections of ``flights`` are most likely, all flights together.
 
     The likelihood is that of the Kalman filter's innovations, times the wide log-normal priors of
@@ -102,8 +104,9 @@ def fit_noise(flight: FreeFlight, flights: Sequence[Sights]) -> ColouredMotion:
     def loss(scaled: Array) -> float:
         total, tried = 0.5 * float(scaled @ scaled), motion(scaled)
         for number in chosen:
+            flight, sights = flights[number]
             fit = KalmanFlightFit(flight, tried)
-            for t_s, sight in flights[number]:
+            for t_s, sight in sights:
                 fit.add(t_s, sight)
             total -= fit.log_likelihood
         return total

@@ -136,10 +136,9 @@ def _flights(paths: Sequence[Path]) -> list[RecordedFlight]:
 def _learn_noise(paths: Sequence[Path], *, as_json: bool) -> None:
     from kendama_cli.plugins.calibration.detector_noise import detected_flights, fit_noise
 
-    read = [detected_flights(path) for path in paths]
-    flights = [flight for _, some in read for flight in some]
+    flights = [flight for path in paths for flight in detected_flights(path)]
     try:
-        motion = fit_noise(read[0][0], flights)
+        motion = fit_noise(flights)
     except ValueError as wrong:
         raise InputError(str(paths[0]), f"its detector's noise cannot be learned: {wrong}", remedy=MORE) from None
     document = {"files": [str(path) for path in paths], "flights": len(flights), "motion": vars(motion)}

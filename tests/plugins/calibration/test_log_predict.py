@@ -78,12 +78,24 @@ def test_the_noise_of_a_detector_is_learned_from_a_log_of_flights_that_cameras_s
     assert "3 flights with 12 detections; 5 are needed" in capsys.readouterr().err
 
 
-def detected_log(path, *, flights, sigma_px, stated_px):
+def test_each_logs_flights_fall_in_its_own_game(tmp_path, capsys):
+    """In the other log's gravity the second log's ball would be a meter off, and all of it wobble."""
+    logs = [tmp_path / "earth.mcap", tmp_path / "mars.mcap"]
+    for log, gravity_m_s2 in zip(logs, (9.81, 3.7), strict=True):
+        detected_log(log, flights=3, sigma_px=0.2, stated_px=0.4, gravity_m_s2=gravity_m_s2)
+    assert main(["log", "predict", *map(str, logs), "--json"]) == 0
+    motion = json.loads(capsys.readouterr().out)["motion"]
+    assert motion["noise_scale"] == pytest.approx(0.5, abs=0.1)
+    assert motion["sigma_m"] < 1e-3
+
+
+def detected_log(path, *, flights, sigma_px, stated_px, gravity_m_s2=9.81):
     """A log as predict writes it, of flights that two cameras see with drawn noise."""
     rng, log = np.random.default_rng(10404), McapLog(STAGE.topics, MemoryFile())
+    played = dataclasses.replace(game(), gravity_m_s2=gravity_m_s2)
     cameras = {model.name: model for model in shipped_models()}
     for flight in range(flights):
-        release, begin = draw_release(rng, predict().release, game(), 0.1), 2.0 * flight
+        release, begin = draw_release(rng, predict().release, played, 0.1), 2.0 * flight
         pose = CatchEstimateMessage(flight, begin + release.crossing_s, *np.zeros(10).tolist())
         log.write("/predict/estimate", begin, pose)
         for t in np.arange(0.0, release.crossing_s, 1 / 40):
@@ -93,7 +105,7 @@ def detected_log(path, *, flights, sigma_px, stated_px):
                 disc = 2 * centre - sphere_centre(model, centre, radius) + sigma_px * rng.standard_normal(2)
                 seen = Sighting(disc, stated_px**2 * np.eye(2), radius, 1.0)
                 log.write("/predict/detection", begin + t, detection_message(flight, name, seen))
-    nodes = {"predict": predict(), "camera": virtual(), "game": game()}
+    nodes = {"predict": predict(), "camera": virtual(), "game": played}
     facts = {name: dataclasses.asdict(node) for name, node in nodes.items()}
     log.finish(path, stage="predict", settings=facts, metrics={})
 

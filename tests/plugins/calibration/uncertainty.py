@@ -108,7 +108,7 @@ def rendered(cell: str, flights: int, seed: int, *, learned: bool) -> list[list[
             nodes = {"predict": settings, "camera": camera, "game": game()}
             facts = {name: dataclasses.asdict(node) for name, node in nodes.items()}
             other.context.log.finish(log, stage="predict", settings=facts, metrics={})
-            settings = dataclasses.replace(settings, motion=fit_noise(*detected_flights(log)))
+            settings = dataclasses.replace(settings, motion=fit_noise(detected_flights(log)))
             print(f"learned: {settings.motion}", flush=True)
         made = WatchedStudy(settings, camera, seed)
         for number in range(flights):
