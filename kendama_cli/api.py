@@ -200,7 +200,8 @@ def environment(overrides: Sequence[str] = (), hold_s: float = 0.05) -> gymnasiu
     """
     from kendama_cli.gym import SwingUp  # noqa: PLC0415 - gymnasium is an extra
 
-    return SwingUp(overrides, hold_s)
+    made: gymnasium.Env[Any, Any] = SwingUp(overrides, hold_s)
+    return made
 
 
 def estimator(rim_height_m: float, overrides: Sequence[str] = ()) -> CatchPoseEstimator:

@@ -69,7 +69,7 @@ LONGEST_FIRST = (
     "pipeline/test_command_cache.py",
     "plugins/interact/test_task_world.py",
     "control/test_camera_observer.py",
-    "simulation/swingup/test_gym.py",
+    "plugins/agents/environments/test_gym.py",
     "plugins/films/test_detect.py",
     "plugins/calibration/test_hand_eye.py",
     "stages/test_adapt.py",

@@ -17,7 +17,8 @@ from tests.conftest import LONGEST_FIRST
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "kendama_cli"
 FILES = sorted(PACKAGE.rglob("*.py"))
-ACTING = (PACKAGE, PACKAGE / "gym", PACKAGE / "robot_model" / "display")
+ENVIRONMENTS = PACKAGE / "plugins" / "agents" / "environments"
+ACTING = (PACKAGE, ENVIRONMENTS, PACKAGE / "robot_model" / "display")
 """Packages that act when they are imported, as their docstrings say."""
 
 
@@ -44,14 +45,14 @@ def libraries(file: Path) -> set[str]:
         ("dartpy", {"robot_model", "simulation"}),
         ("typer", {"cli"}),
         ("rich", {"cli"}),
-        ("cv2", {"vision", "devices", "rendering", "gym", "report", "stages"}),
-        ("matplotlib", {"gym", "report", "stages"}),
+        ("cv2", {"vision", "devices", "rendering", "report", "stages"}),
+        ("matplotlib", {"report", "stages"}),
         ("numba", {"system"}),
         ("distributed", set()),
         ("dask_jobqueue", set()),
         ("obstore", set()),
         ("embreex", {"rendering"}),
-        ("gymnasium", {"gym", "api.py"}),  # there for its types alone
+        ("gymnasium", {"api.py"}),  # there for its types alone
         ("socket", {"devices", "system"}),
         ("subprocess", {"devices", "pipeline", "system", "cli"}),
         ("fcntl", {"system"}),

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.random import Generator
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.gym.swing_up import Shaping
 from kendama_cli.learning.decision import NEVER_S, ROUNDING_S
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.reward import Outcome, final_reward, step_reward
@@ -24,6 +23,7 @@ from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
 from kendama_cli.plugins.agents.agent import Agent, frozen_agent, own_settings
+from kendama_cli.plugins.agents.environments.swing_up import Shaping
 from kendama_cli.plugins.agents.training import BEGAN, HELD, TERMINATED, TRUNCATED, Event, Training
 
 ARRAY = "learned:"

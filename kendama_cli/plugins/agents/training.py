@@ -16,8 +16,8 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.gym.spaces import Accelerations, Observation, Observed
 from kendama_cli.learning.settings import LearnSettings
+from kendama_cli.plugins.agents.environments.spaces import Accelerations, Observation, Observed
 from kendama_cli.plugins.agents.settings import AgentSettings
 
 BEGAN, HELD, TERMINATED, TRUNCATED = range(4)

@@ -16,7 +16,7 @@ from tests.learning.settings_files import game_settings, learn_settings
 gymnasium = pytest.importorskip("gymnasium", reason="the extra 'gym' is not installed")
 from kendama_cli.gym import CATCH, GAME, SWING_UP_GOAL  # noqa: E402 - needs gymnasium
 from kendama_cli.gym import SWING_UP as NAME  # noqa: E402
-from tests.simulation.swingup.cross_entropy import LinearPolicy, improved, played  # noqa: E402 - needs gymnasium
+from tests.plugins.agents.environments.cross_entropy import LinearPolicy, improved, played  # noqa: E402 - needs gymnasium
 
 RAIL = "simulation/engine=rail"
 QUIET = [RAIL, *(f"learn.noise.{key}=0.0" for key in ("start_angle_deg", "start_position_m", "angle_reading_deg"))]

@@ -194,9 +194,8 @@ def test_another_way_to_reset_is_refused() -> None:
 
 def test_for_stable_baselines3_it_is_the_same_vector_and_tells_how_each_ended() -> None:
     pytest.importorskip("stable_baselines3", reason="Stable-Baselines3 is not installed")
-    from stable_baselines3.common.vec_env import DummyVecEnv  # noqa: PLC0415
-
     from kendama_cli.gym.stable_baselines3 import SwingUpVecEnv  # noqa: PLC0415
+    from stable_baselines3.common.vec_env import DummyVecEnv  # noqa: PLC0415
 
     options = {"actions": "continuous", "normalised": True}
     many = SwingUpVecEnv(4, ["learn/task=easy"], hold_s=0.1, **options)

@@ -1,6 +1,6 @@
 """A small third-party agent, written against Gymnasium's interface alone: cross-entropy search of a linear policy.
 
-python -m tests.simulation.swingup.cross_entropy trains it for a minute and prints how often it swings up.
+python -m tests.plugins.agents.environments.cross_entropy trains it for a minute and prints how often it swings up.
 """
 
 from __future__ import annotations

@@ -15,16 +15,16 @@ import gymnasium
 import numpy as np
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.gym.picture import PaintedEnv
-from kendama_cli.gym.rollout_options import RolloutOptions, option_dictionary
-from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
-from kendama_cli.gym.swing_up import task
 from kendama_cli.learning.reward import Flight, Goal
 from kendama_cli.learning.state import SwingState
 from kendama_cli.motion.braking import BrakingLimiter
 from kendama_cli.physics.free_fall import Landing
 from kendama_cli.physics.rim_crossing import falls, falls_in
 from kendama_cli.physics.taut_rope import TautRope
+from kendama_cli.plugins.agents.environments.picture import PaintedEnv
+from kendama_cli.plugins.agents.environments.rollout_options import RolloutOptions, option_dictionary
+from kendama_cli.plugins.agents.environments.spaces import Accelerations, ActionKind, Observation, Observed
+from kendama_cli.plugins.agents.environments.swing_up import task
 from kendama_cli.simulation.swingup.engine import catch_limiter, mouth_m
 from kendama_cli.simulation.swingup.rail import CompiledRail
 

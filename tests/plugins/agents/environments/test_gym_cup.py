@@ -11,7 +11,7 @@ gymnasium = pytest.importorskip("gymnasium", reason="the extra 'gym' is not inst
 from kendama_cli.config.compose import composed  # noqa: E402 - needs gymnasium
 from kendama_cli.config.site import find_site  # noqa: E402
 from kendama_cli.gym import SWING_UP, SwingUpVector  # noqa: E402
-from tests.simulation.swingup.test_gym_vector import accelerations  # noqa: E402
+from tests.plugins.agents.environments.test_gym_vector import accelerations  # noqa: E402
 
 TASK = ["learn/task=easy"]
 RADIUS_M = float(composed(find_site(), TASK)["game"]["cup"]["radius_m"])

@@ -13,11 +13,17 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.gym.picture import PaintedEnv
-from kendama_cli.gym.rollout_options import RolloutOptions, RolloutUnderWay, option_dictionary
-from kendama_cli.gym.spaces import LARGEST_RATE_RAD_S, Accelerations, ActionKind, Observation, Observed
-from kendama_cli.gym.swing_up import HOLD_S, held, task
 from kendama_cli.learning.state import SwingState
+from kendama_cli.plugins.agents.environments.picture import PaintedEnv
+from kendama_cli.plugins.agents.environments.rollout_options import RolloutOptions, RolloutUnderWay, option_dictionary
+from kendama_cli.plugins.agents.environments.spaces import (
+    LARGEST_RATE_RAD_S,
+    Accelerations,
+    ActionKind,
+    Observation,
+    Observed,
+)
+from kendama_cli.plugins.agents.environments.swing_up import HOLD_S, held, task
 
 GoalObservation = dict[str, Observation]
 

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env import VecEnv
 
-from kendama_cli.gym.swing_up_vector import SwingUpVector
+from kendama_cli.plugins.agents.environments.swing_up_vector import SwingUpVector
 
 
 class SwingUpVecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not installed

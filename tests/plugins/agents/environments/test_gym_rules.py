@@ -14,9 +14,9 @@ from tests.learning.settings_files import game_settings, learn_settings
 
 gymnasium = pytest.importorskip("gymnasium", reason="the extra 'gym' is not installed")
 from gymnasium.vector import AutoresetMode  # noqa: E402 - needs gymnasium
+from kendama_cli.gym.swing_up import HOLD_S  # noqa: E402
 
 from kendama_cli.gym import CATCH, GAME, SWING_UP, SWING_UP_GOAL, SwingUp, SwingUpVector  # noqa: E402
-from kendama_cli.gym.swing_up import HOLD_S  # noqa: E402
 
 EVERY = [SWING_UP, SWING_UP_GOAL, CATCH, GAME]
 

@@ -12,13 +12,13 @@ import numpy as np
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import ConfigError
-from kendama_cli.gym.picture import PaintedEnv
-from kendama_cli.gym.rollout_options import RolloutOptions, RolloutUnderWay
-from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
 from kendama_cli.learning.reward import final_reward, step_reward
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.plugins.agents.environments.picture import PaintedEnv
+from kendama_cli.plugins.agents.environments.rollout_options import RolloutOptions, RolloutUnderWay
+from kendama_cli.plugins.agents.environments.spaces import Accelerations, ActionKind, Observation, Observed
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.rollout import SimulatedRollout

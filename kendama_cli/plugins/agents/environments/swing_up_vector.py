@@ -15,13 +15,13 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.gym.rollout_options import RolloutOptions
-from kendama_cli.gym.spaces import Accelerations, ActionKind, Observation, Observed
-from kendama_cli.gym.swing_up import HOLD_S, Shaping, held, task
 from kendama_cli.learning.reward import final_reward, step_reward
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import RailEngine
+from kendama_cli.plugins.agents.environments.rollout_options import RolloutOptions
+from kendama_cli.plugins.agents.environments.spaces import Accelerations, ActionKind, Observation, Observed
+from kendama_cli.plugins.agents.environments.swing_up import HOLD_S, Shaping, held, task
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup import rail_kernel as kernel
 from kendama_cli.simulation.swingup.rail import CompiledRail, Rules

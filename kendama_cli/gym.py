@@ -1,0 +1,28 @@
+"""The game as Gymnasium environments, under the name that users import; the part ``agents`` brings them.
+
+    import gymnasium, kendama_cli.gym
+    env = gymnasium.make("kendama/SwingUp-v1")
+    env = gymnasium.make("kendama_cli.gym:kendama/SwingUp-v1")  # does both
+
+The part's modules are this one's too: ``kendama_cli.gym.stable_baselines3``.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from kendama_cli.schema.registry import comes_with, declared, resolve
+
+ENVIRONMENTS = "kendama.environments"
+
+if "gym" not in declared(ENVIRONMENTS):
+    raise ImportError(comes_with(__name__, ENVIRONMENTS, "gym"))
+_register = resolve(declared(ENVIRONMENTS)["gym"], __name__)
+_register()
+_part = sys.modules[_register.__module__]
+__path__ = _part.__path__
+
+
+def __getattr__(name: str) -> Any:
+    return getattr(_part, name)
