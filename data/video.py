@@ -24,7 +24,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.log.reader import logged_settings
 from kendama_cli.pipeline.report import logs_of
 from kendama_cli.pipeline.run_selection import select_runs
-from kendama_cli.rendering.video import VideoMaker
+from kendama_cli.plugins.publication.video_maker import VideoMaker
 from kendama_cli.report.chapters import declaration_of, performances
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.report.source import StageLog

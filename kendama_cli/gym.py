@@ -12,13 +12,9 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from kendama_cli.schema.registry import comes_with, declared, resolve
+from kendama_cli.schema.registry import brought
 
-ENVIRONMENTS = "kendama.environments"
-
-if "gym" not in declared(ENVIRONMENTS):
-    raise ImportError(comes_with(__name__, ENVIRONMENTS, "gym"))
-_register = resolve(declared(ENVIRONMENTS)["gym"], __name__)
+_register = brought(__name__, "kendama.environments", "gym")
 _register()
 _part = sys.modules[_register.__module__]
 __path__ = _part.__path__

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -25,7 +25,6 @@ from kendama_cli.cli.setup import setup_app
 from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
-from kendama_cli.schema.units import count_of
 
 if TYPE_CHECKING:
     from kendama_cli.pipeline.command_cache import CommandKey
@@ -190,31 +189,18 @@ def report(
 
     Example: kendama report last -o report.html
     """
+    from kendama_cli.pipeline.report import ReportRequest, report_form, write_report  # pandas
     from kendama_cli.pipeline.run_selection import select_runs
 
     folder = find_site(home).home
     records = select_runs(folder, runs or [])
     if video is not None:
-        _make_video(records, video)
-        return
-    if export is None:
-        from kendama_cli.pipeline.report import write_report  # pandas
-
-        render.text(str(write_report(records, output)))
-        return
-    from kendama_cli.pipeline.report_export import export_report  # matplotlib
-
-    files = export_report(records, export, folder, width_mm)
-    render.text(f"{export}: {count_of(len(files), 'file')}")
-
-
-def _make_video(records: list[dict[str, Any]], path: Path) -> None:
-    from kendama_cli.cli.count_progress import counted
-    from kendama_cli.pipeline.video import video_of_run  # the ray caster
-
-    with counted(path.name, "images") as progress:
-        count = video_of_run(records, path, progress)
-    render.text(f"{path}: {count_of(count, 'image')}")
+        told = report_form("--video", "video")(ReportRequest(records, video, folder, width_mm))
+    elif export is not None:
+        told = report_form("--export", "figures")(ReportRequest(records, export, folder, width_mm))
+    else:
+        told = str(write_report(records, output))
+    render.text(told)
 
 
 @app.command()

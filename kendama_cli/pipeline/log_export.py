@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from kendama_cli.errors import MissingPartError, UsageError
+from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.artifact_place import log_path
 from kendama_cli.schema.hints import nearest
-from kendama_cli.schema.registry import comes_with, declared, resolve
+from kendama_cli.schema.registry import brought, declared, missing_part
 
 EXPORTERS = "kendama.exporters"
 
@@ -35,13 +35,11 @@ Exporter = Callable[[ExportRequest], list[Path]]
 
 
 def exporter(form: str) -> Exporter:
-    """Return the exporter of the format ``form``; raises UsageError where there is none."""
+    """Return the exporter of the format ``form``; raises UsageError where there is none, MissingPartError of a part."""
     known = declared(EXPORTERS)
-    if form not in known:
-        if line := comes_with(f"--format {form}", EXPORTERS, form):
-            raise MissingPartError(form, line)
+    if form not in known and missing_part(EXPORTERS, form) is None:
         raise UsageError(f"--format is '{form}'; allowed: {', '.join(sorted(known))}{nearest(form, known)}")
-    found: Exporter = resolve(known[form], f"--format {form}")
+    found: Exporter = brought(f"--format {form}", EXPORTERS, form)
     return found
 
 

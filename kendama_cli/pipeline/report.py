@@ -1,8 +1,12 @@
-"""Reports: finds the logs of one run's or many runs' stages and has the page made from them alone."""
+"""Reports: finds the logs of one run's or many runs' stages and has the page made from them alone.
+
+Other forms than the page come by the entry point group ``kendama.reports``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +14,24 @@ from kendama_cli.pipeline.artifact_place import LOG, broken_off_log
 from kendama_cli.report.page import make_report
 from kendama_cli.report.sweep_page import make_sweep_report
 from kendama_cli.schema.declaration import section_names
+from kendama_cli.schema.registry import brought
 from kendama_cli.store import durable
+
+
+@dataclass(frozen=True)
+class ReportRequest:
+    """Request of ``kendama report --FORM OUTPUT``: the runs' records, the home that holds them, and options."""
+
+    records: Sequence[Mapping[str, Any]]
+    output: Path
+    home: Path
+    width_mm: float | None
+
+
+def report_form(option: str, form: str) -> Callable[[ReportRequest], str]:
+    """Return what writes a report's ``form`` for ``option`` and returns a line about it; raises MissingPartError."""
+    found: Callable[[ReportRequest], str] = brought(option, "kendama.reports", form)
+    return found
 
 
 def write_report(records: Sequence[Mapping[str, Any]], output: Path | None) -> Path:

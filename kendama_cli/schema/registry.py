@@ -191,3 +191,13 @@ def comes_with(what: str, group: str, name: str) -> str | None:
     part = missing_part(group, name)
     line = f"{what} comes with the part {part}, which this installation lacks; install the whole of kendama-cli"
     return None if part is None else line
+
+
+def brought(what: str, group: str, name: str) -> Any:
+    """Return the object that the entry point ``name`` of ``group`` names, imported.
+
+    Raises MissingPartError with the part that brings ``what`` where there is none.
+    """
+    if name not in declared(group):
+        raise MissingPartError(name, comes_with(what, group, name) or f"no installed package brings {what}")
+    return resolve(declared(group)[name], what)

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from tests.docs.measure import DOCS, ROOT
-from tests.rendering.test_video import _motion as example_motion
+from tests.rendering.example_motion import example_motion
 from tests.simulation.dart.bench_robot import kendama_game
 
 README = (ROOT / "README.md").read_text()

@@ -13,7 +13,6 @@ import pytest
 from kendama_cli.errors import InputError
 from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import STAGE_METADATA, McapLog, MemoryFile
-from kendama_cli.report.export import Files
 from kendama_cli.report.page import make_report
 from kendama_cli.report.page_head import data_script
 from kendama_cli.report.plot import drawing
@@ -113,11 +112,3 @@ def test_settings_and_metrics_that_have_no_names_are_refused(
     monkeypatch.setattr(LogFile, "metadata", property(lambda _: written))
     with pytest.raises(InputError, match=r"metadata 'kendama\.stage'"):
         make_report({}, {"encode": path})
-
-
-def test_a_table_for_latex_has_no_command_that_a_value_brings() -> None:
-    files = Files("run 7", "7")
-    files.metrics("encode", {"x": r"\input{/etc/passwd} ^~"}, "1")
-    assert (
-        rb"\textbackslash{}input\{/etc/passwd\} \textasciicircum{}\textasciitilde{}" in files.made["encode-metrics.tex"]
-    )

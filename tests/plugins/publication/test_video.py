@@ -14,30 +14,23 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import InputError, MissingPartError
-from kendama_cli.pipeline.video import video_of_run
-from kendama_cli.rendering import video_file
-from kendama_cli.rendering.video import AFTER_S, BEFORE_S, HEIGHT_PX, RATE_HZ, SLOWER, WIDTH_PX, VideoMaker, clock
-from kendama_cli.rendering.video_file import check_video_name, write_video
-from kendama_cli.report.replay.performance import Frames, Performance
-from kendama_cli.schema.foxglove import Solid
+from kendama_cli.plugins.publication import video_file
+from kendama_cli.plugins.publication.run_video import video_of_run
+from kendama_cli.plugins.publication.video_file import check_video_name, write_video
+from kendama_cli.plugins.publication.video_maker import (
+    AFTER_S,
+    BEFORE_S,
+    HEIGHT_PX,
+    RATE_HZ,
+    SLOWER,
+    WIDTH_PX,
+    VideoMaker,
+    clock,
+)
+from tests.rendering.example_motion import example_motion
 from tests.simulation.dart.bench_robot import kendama_game
 
 GAME = kendama_game()
-STILL = (1.0, 0.0, 0.0, 0.0)
-
-
-def _motion(seconds: float, catch_s: float | None = None) -> Performance:
-    """A ball that passes from left to right over a cup beside a box."""
-    n = round(100 * seconds) + 1
-    poses = np.zeros((n, 2, 7))
-    poses[:, :, 3] = 1.0
-    poses[:, :, 2] = 1.2
-    poses[:, 1, 0] = np.linspace(0.3, -0.3, n)  # world x runs to the left in a view from +y
-    poses[:, 1, 2] = 1.35
-    links = np.tile([0.0, -0.6, 0.6, *STILL], (n, 1, 1))
-    solids = (Solid("post", "pedestal", "box", (0.3, 0.3, 0.3), (0.2, 0.2, 1.2)),)
-    bodies, arm = Frames(("cup", "ball"), 0.0, 100.0, poses), Frames(("post",), 0.0, 100.0, links)
-    return Performance("made up", "simulation", bodies, arm, solids, rope_m=0.4, rim_m=0.07, catch_s=catch_s)
 
 
 def test_the_video_is_slow_around_the_catch_and_true_to_time_elsewhere() -> None:
@@ -61,7 +54,7 @@ def _ball(image: np.ndarray) -> tuple[int, float]:
 
 def test_the_images_show_ball_cup_and_arm_where_they_are() -> None:
     """The ball's disc has pi (f R / depth)^2 pixels; its rim mixes with what is behind it, and is not all counted."""
-    maker = VideoMaker(_motion(1.0), GAME)
+    maker = VideoMaker(example_motion(1.0), GAME)
     for t_s in (0.1, 0.9):
         place_m = np.array([[0.3 - 0.6 * t_s, 0.0, 1.35]])
         image = maker.image(t_s, 1.0)
@@ -78,7 +71,7 @@ def test_the_images_show_ball_cup_and_arm_where_they_are() -> None:
 
 
 def test_a_image_is_the_same_whatever_was_rendered_before() -> None:
-    one, another = VideoMaker(_motion(1.0), GAME), VideoMaker(_motion(1.0), GAME)
+    one, another = VideoMaker(example_motion(1.0), GAME), VideoMaker(example_motion(1.0), GAME)
     one.image(0.1, 1.0)
     np.testing.assert_array_equal(one.image(0.9, 1.0), another.image(0.9, 1.0))
 
@@ -86,7 +79,7 @@ def test_a_image_is_the_same_whatever_was_rendered_before() -> None:
 @pytest.mark.parametrize("suffix", [".webm", ".mp4"])
 def test_a_video_is_a_file_that_is_whole_or_not_there(tmp_path: Path, monkeypatch, suffix: str) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {0}, raising=False)
-    images = write_video(_motion(0.1), GAME, tmp_path / f"catch{suffix}")
+    images = write_video(example_motion(0.1), GAME, tmp_path / f"catch{suffix}")
     assert [path.name for path in tmp_path.iterdir()] == [f"catch{suffix}"]
     video = cv2.VideoCapture(str(tmp_path / f"catch{suffix}"))
     assert video.get(cv2.CAP_PROP_FPS) == pytest.approx(RATE_HZ, rel=0.01)
@@ -105,7 +98,7 @@ def _killed(folder: str) -> None:
         if done >= 8:
             os.kill(os.getpid(), signal.SIGKILL)
 
-    write_video(_motion(0.3), GAME, Path(folder) / "catch.webm", kill)
+    write_video(example_motion(0.3), GAME, Path(folder) / "catch.webm", kill)
 
 
 def _frames(path: Path) -> list[np.ndarray]:
@@ -133,20 +126,20 @@ def test_a_video_that_was_killed_resumes_with_the_pictures_that_are_stored(tmp_p
         told.append((done, total))
         assert {name: (parts / name).stat().st_mtime_ns for name in before} == before, "pictures are used again"
 
-    count = write_video(_motion(0.3), GAME, folder / "catch.webm", look)
+    count = write_video(example_motion(0.3), GAME, folder / "catch.webm", look)
     assert told == [(done, count) for done in (8, 16, count)]
     assert [path.name for path in folder.iterdir()] == ["catch.webm"]
-    write_video(_motion(0.3), GAME, tmp_path / "whole.webm")
+    write_video(example_motion(0.3), GAME, tmp_path / "whole.webm")
     for one, other in zip(_frames(folder / "catch.webm"), _frames(tmp_path / "whole.webm"), strict=True):
         np.testing.assert_array_equal(one, other)
 
 
 def test_stored_pictures_of_another_motion_or_damaged_ones_are_not_used(tmp_path: Path) -> None:
-    assert video_file._digest(_motion(0.1), GAME) != video_file._digest(_motion(0.2), GAME)
-    parts = tmp_path / f".catch.webm.parts-{video_file._digest(_motion(0.1), GAME)}"
+    assert video_file._digest(example_motion(0.1), GAME) != video_file._digest(example_motion(0.2), GAME)
+    parts = tmp_path / f".catch.webm.parts-{video_file._digest(example_motion(0.1), GAME)}"
     parts.mkdir()
     (parts / "00000.zst").write_bytes(b"torn")
-    assert write_video(_motion(0.1), GAME, tmp_path / "catch.webm") == len(_frames(tmp_path / "catch.webm")) == 7
+    assert write_video(example_motion(0.1), GAME, tmp_path / "catch.webm") == len(_frames(tmp_path / "catch.webm")) == 7
     assert _ball(_frames(tmp_path / "catch.webm")[0])[0] > 100
 
 
@@ -156,7 +149,7 @@ def test_without_its_extra_an_mp4_says_what_to_install(tmp_path: Path, monkeypat
         MissingPartError,
         match=r"\.mp4 needs PyAV; pip install '\.\[film\]' in a checkout of kendama, or name the video .webm",
     ):
-        write_video(_motion(0.1), GAME, tmp_path / "catch.mp4")
+        write_video(example_motion(0.1), GAME, tmp_path / "catch.mp4")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -182,7 +175,7 @@ def test_a_folder_that_may_not_be_written_is_reported_before_anything_is_rendere
 
     monkeypatch.setattr(Path, "touch", refused)  # root may write anywhere
     with pytest.raises(InputError, match="the video cannot be written there; name a folder that you may write to"):
-        write_video(_motion(0.1), GAME, tmp_path / "catch.webm")
+        write_video(example_motion(0.1), GAME, tmp_path / "catch.webm")
     assert list(tmp_path.iterdir()) == []
 
 

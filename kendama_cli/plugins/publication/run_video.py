@@ -9,7 +9,7 @@ from typing import Any
 from kendama_cli.errors import InputError
 from kendama_cli.log.reader import logged_settings
 from kendama_cli.pipeline.report import logs_of
-from kendama_cli.rendering.video_file import Progress, check_video_name, write_video
+from kendama_cli.plugins.publication.video_file import Progress, check_video_name, write_video
 from kendama_cli.report.chapters import declaration_of, performances
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.report.source import StageLog

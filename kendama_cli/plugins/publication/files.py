@@ -19,8 +19,8 @@ from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.container import BarContainer
 from matplotlib.figure import Figure as Canvas
 
+from kendama_cli.plugins.publication.latex import latex_figure, latex_table
 from kendama_cli.report.grid import Cell
-from kendama_cli.report.latex import latex_figure, latex_table
 from kendama_cli.report.tables import label_and_unit
 
 _FONTS: Any = {"pdf.fonttype": 42, "svg.fonttype": "path"}  # TrueType embedded; outlines

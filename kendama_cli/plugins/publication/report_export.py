@@ -8,11 +8,11 @@ from typing import Any
 
 from kendama_cli.pipeline.report import logs_of
 from kendama_cli.pipeline.run_facts import flat, stage_parts
-from kendama_cli.report.export import Files
-from kendama_cli.report.latex import latex_document
-from kendama_cli.report.methods import Facts, methods_text
+from kendama_cli.plugins.publication.files import Files
+from kendama_cli.plugins.publication.latex import latex_document
+from kendama_cli.plugins.publication.methods import Facts, methods_text
+from kendama_cli.plugins.publication.provenance import Result, readme_text
 from kendama_cli.report.page import make_report
-from kendama_cli.report.provenance import Result, readme_text
 from kendama_cli.report.receiver import made_for
 from kendama_cli.report.run_table import DEFAULT, SEED, differing, overrides_of
 from kendama_cli.report.source import StageLog

@@ -14,10 +14,10 @@ import pytest
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import find_site
 from kendama_cli.log.messages import RolloutMessage
-from kendama_cli.report.export import COLUMN_MM, PAGE_MM, Files
+from kendama_cli.plugins.publication.files import COLUMN_MM, PAGE_MM, Files
+from kendama_cli.plugins.publication.latex import escaped, latex_document
+from kendama_cli.plugins.publication.methods import Facts, methods_text
 from kendama_cli.report.grid import Cell, percent, with_interval
-from kendama_cli.report.latex import escaped, latex_document
-from kendama_cli.report.methods import Facts, methods_text
 from kendama_cli.report.page import make_report
 from kendama_cli.report.plot import drawing
 from kendama_cli.report.receiver import made_for
@@ -247,3 +247,11 @@ def test_figures_and_tables_compile_with_latex(files, tmp_path):
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 0, done.stdout[-2000:]
     assert f"({len(names)} pages" in done.stdout
+
+
+def test_a_table_for_latex_has_no_command_that_a_value_brings() -> None:
+    files = Files("run 7", "7")
+    files.metrics("encode", {"x": r"\input{/etc/passwd} ^~"}, "1")
+    assert (
+        rb"\textbackslash{}input\{/etc/passwd\} \textasciicircum{}\textasciitilde{}" in files.made["encode-metrics.tex"]
+    )

@@ -18,8 +18,8 @@ import zstandard
 from numpy.typing import NDArray
 
 from kendama_cli.errors import InputError
+from kendama_cli.plugins.publication.video_maker import HEIGHT_PX, RATE_HZ, WIDTH_PX, VideoMaker
 from kendama_cli.rendering.mesh import LinkMesh, Surface, unit_cylinder
-from kendama_cli.rendering.video import HEIGHT_PX, RATE_HZ, WIDTH_PX, VideoMaker
 from kendama_cli.rendering.video_writer import h264_video, vp8_video
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.settings.game import GameSettings

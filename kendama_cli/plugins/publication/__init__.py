@@ -1,0 +1,1 @@
+"""Runs as figures and tables for papers, and as videos."""

@@ -1,0 +1,24 @@
+"""Forms of a report beside the page, for the entry point group ``kendama.reports``."""
+
+from __future__ import annotations
+
+from kendama_cli.pipeline.report import ReportRequest
+from kendama_cli.plugins.publication.count_progress import counted
+from kendama_cli.schema.units import count_of
+
+
+def figures(request: ReportRequest) -> str:
+    """Write figures and tables for a paper into a folder; a line about it."""
+    from kendama_cli.plugins.publication.report_export import export_report  # noqa: PLC0415 - matplotlib
+
+    files = export_report(request.records, request.output, request.home, request.width_mm)
+    return f"{request.output}: {count_of(len(files), 'file')}"
+
+
+def video(request: ReportRequest) -> str:
+    """Write the video of a run, with its progress on standard error; a line about it."""
+    from kendama_cli.plugins.publication.run_video import video_of_run  # noqa: PLC0415 - the ray caster
+
+    with counted(request.output.name, "images") as progress:
+        count = video_of_run(request.records, request.output, progress)
+    return f"{request.output}: {count_of(count, 'image')}"
