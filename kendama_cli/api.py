@@ -7,7 +7,7 @@ configuration, cache and store are used as by the command line.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +26,7 @@ from kendama_cli.pipeline.finished_run import Run
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner, check_armed, check_forced
 from kendama_cli.pipeline.record import begin, find_run, past_runs
-from kendama_cli.pipeline.runner import Runner
+from kendama_cli.pipeline.runner import Runner, Silent
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store
 from kendama_cli.simulation.dart.hand_world import Swing
 from kendama_cli.vision.cameras.camera_model import CameraModel
@@ -34,8 +34,6 @@ from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
 
 if TYPE_CHECKING:
     import gymnasium
-
-    from kendama_cli.pipeline.record import StageOutcome
 
 __all__ = [
     "CameraModel",
@@ -60,18 +58,6 @@ __all__ = [
     "runs",
     "swing",
 ]
-
-
-class _Silent:
-    """Watcher of a run that says nothing."""
-
-    def stage_waits(self, name: str) -> None: ...
-
-    def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None: ...
-
-    def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None: ...
-
-    def stage_ends(self, outcome: StageOutcome) -> None: ...
 
 
 def _warn(line: str) -> None:
@@ -124,7 +110,7 @@ def run(
     forced = check_forced(declared, list(force))
     begun = begin(site.home, pipeline, of_results(overrides))
     with open_cluster(planner.store, settings, _warn) as cluster:
-        record = Runner(planner, begun, _Silent(), forced=forced, cluster=cluster).run()
+        record = Runner(planner, begun, Silent(), forced=forced, cluster=cluster).run()
     for stage in record.stages:
         if stage.error is not None:
             raise StageError(f"stage '{stage.name}' of run {record.run}: {stage.error}")

@@ -25,6 +25,7 @@ from kendama_cli.cli.setup import setup_app
 from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
 from kendama_cli.errors import UsageError
+from kendama_cli.schema.registry import brought
 
 if TYPE_CHECKING:
     from kendama_cli.pipeline.command_cache import CommandKey
@@ -110,8 +111,8 @@ def run(
     """
     began_s = time.time()
     from kendama_cli.cli.run_work import run_pipeline
-    from kendama_cli.cli.watch import WatchOptions
 
+    watcher = brought("--watch", "kendama.watchers", "page")(port, show=show) if watch else None
     return run_pipeline(
         find_site(home, config_dir),
         pipeline,
@@ -123,7 +124,7 @@ def run(
         began_s=began_s,
         arm=arm,
         as_json=as_json,
-        watch=WatchOptions(port, show) if watch else None,
+        watcher=watcher,
     )
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import yaml
@@ -12,18 +14,20 @@ from kendama_cli.cli import render
 from kendama_cli.cli.config_view import part_with_comments
 from kendama_cli.cli.progress import PlainLines, observer
 from kendama_cli.cli.repeat import show_end
-from kendama_cli.cli.watch import WatchOptions, with_page
 from kendama_cli.config.compose import Composition, composed, composition
 from kendama_cli.config.site import Site
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.command_cache import CommandKey, keep
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.pipeline.plan import Planner, StagePlan, check_armed, check_forced
-from kendama_cli.pipeline.record import begin, version_differences
-from kendama_cli.pipeline.runner import Runner
+from kendama_cli.pipeline.record import RunRecord, begin, version_differences
+from kendama_cli.pipeline.runner import Observer, Runner
 from kendama_cli.pipeline.watched import configuration_stamps, input_stamps
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store, with_executor
 from kendama_cli.store.home import home_above
+
+Watcher = Callable[[Observer, RunRecord, Planner], contextlib.AbstractContextManager[Observer]]
+"""Returns an observer that reports to the one given and to a page, which is served meanwhile."""
 
 
 def run_pipeline(
@@ -38,7 +42,7 @@ def run_pipeline(
     began_s: float,
     arm: bool,
     as_json: bool,
-    watch: WatchOptions | None,
+    watcher: Watcher | None,
 ) -> int:
     """Run the pipeline and show its outcome; store it for ``asked``, started at ``began_s``, if nothing is left to
     do.
@@ -46,7 +50,6 @@ def run_pipeline(
     The exit code is 1 too where a stage kept what it had and did not come to its end: an arm that stopped, say.
     """
     is_new = not site.home.exists()
-    opened = None if watch is None else watch.opened()  # a taken port is told at once
     configuration = configuration_stamps(site.considered, pipeline)
     planner, configured = _planned(site, pipeline, until, with_executor(overrides, on))
     forced = check_forced(planner.pipeline, force)
@@ -57,7 +60,7 @@ def run_pipeline(
     with (
         open_cluster(planner.store, settings, render.note) as cluster,
         PlainLines() if as_json else observer([spec.name for spec in planner.pipeline.stages]) as view,
-        with_page(view, opened, record, planner) as seen,
+        contextlib.nullcontext(view) if watcher is None else watcher(view, record, planner) as seen,
     ):
         ask = view.ask if sys.stdin.isatty() else None
         Runner(planner, record, seen, forced=forced, cluster=cluster, ask=ask).run()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Any, Self
 
@@ -17,7 +17,7 @@ from rich.text import Text
 from kendama_cli.cli import render
 from kendama_cli.cli.progress import PlainLines
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
-from kendama_cli.pipeline.runner import Observer
+from kendama_cli.pipeline.runner import Observer, Silent
 from kendama_cli.pipeline.sweep import SweepJob
 
 FAILURES_SHOWN = 5
@@ -89,20 +89,11 @@ class SweepView:
         return Group(self._progress, *lines, *([Text(f"✗ and {more} more", style="red")] if more else []))
 
 
-class _OneOfMany:
+class _OneOfMany(Silent):
     """Watcher that tells the view of a run's end, and nothing else."""
 
     def __init__(self, view: SweepView, label: str, last: str) -> None:
         self._view, self._label, self._last = view, label, last
-
-    def stage_waits(self, name: str) -> None:
-        """Note that another run on this home is computing the stage."""
-
-    def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
-        """Note that a worker for the stage has started."""
-
-    def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
-        """Note the progress that the stage reports."""
 
     def stage_ends(self, outcome: StageOutcome) -> None:
         """Note that the stage ran, was cached, or failed."""

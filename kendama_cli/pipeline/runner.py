@@ -43,6 +43,18 @@ class Observer(Protocol):
         """Note that the stage ran, was cached, or failed."""
 
 
+class Silent:
+    """An observer that says nothing."""
+
+    def stage_waits(self, name: str) -> None: ...
+
+    def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None: ...
+
+    def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None: ...
+
+    def stage_ends(self, outcome: StageOutcome) -> None: ...
+
+
 class Runner:
     """One run of one pipeline."""
 

@@ -14,9 +14,8 @@ from mcap.reader import make_reader
 
 from kendama_cli.errors import LogMessageError, StageError
 from kendama_cli.log.reader import LogFile
-from kendama_cli.log.writer import McapLog, canonical_json, write_snapshot
+from kendama_cli.log.writer import McapLog, canonical_json
 from kendama_cli.stages.adapt.messages import AdaptRepeatMessage
-from kendama_cli.store.checkpoint import DurableAppendFile
 from tests.log.conftest import filled, messages
 from tests.log.made_logs import MemoryFile, all_topics, memory_log
 
@@ -202,36 +201,3 @@ def test_canonical_json_does_not_depend_on_the_order_of_keys():
         == canonical_json({"a": (1.5, None), "b": 1})
         == '{"a":[1.5,null],"b":1}'
     )
-
-
-@pytest.mark.parametrize("before", [5, 4000], ids=["nothing is in the file yet", "the file has whole chunks"])
-def test_it_is_whole_up_to_the_checkpoint_and_reads_only(tmp_path: Path, before: int) -> None:
-    part, seen = tmp_path / "log.part", tmp_path / "seen.mcap"
-    log = McapLog(all_topics(), DurableAppendFile(part))
-    every = list(messages(3 * before))
-    cut = len(every) // 3
-    for one in every[:cut]:
-        log.write(*one)
-    position = log.position()
-    for one in every[cut:]:
-        log.write(*one)
-    there = part.read_bytes() if part.exists() else None
-    assert (before > 100) == bool(there), "chunks are in the file"
-    write_snapshot(part, position, seen, stage="adapt", settings={"rope": {"length_m": 0.4}})
-    read = LogFile(seen)
-    assert read.describe()["messages"] == cut
-    assert read.stage == {"stage": "adapt", "settings": {"rope": {"length_m": 0.4}}, "metrics": {}}
-    assert (part.read_bytes() if part.exists() else None) == there
-    log.finish(tmp_path / "whole.mcap", stage="adapt", settings={}, metrics={})
-    assert LogFile(tmp_path / "whole.mcap").describe()["messages"] == len(every), "its writer noticed nothing"
-
-
-def test_a_log_that_began_anew_meanwhile_is_refused(tmp_path: Path) -> None:
-    part = tmp_path / "log.part"
-    log = McapLog(all_topics(), DurableAppendFile(part))
-    for one in messages(4000):
-        log.write(*one)
-    position = log.position()
-    part.write_bytes(b"another")
-    with pytest.raises(ValueError, match="not those that were written"):
-        write_snapshot(part, position, tmp_path / "seen.mcap", stage="adapt", settings={})

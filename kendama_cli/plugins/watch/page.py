@@ -3,57 +3,41 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import threading
 import webbrowser
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kendama_cli.cli import render
+from kendama_cli.cli.run_work import Watcher
 from kendama_cli.pipeline.plan import Planner
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
 from kendama_cli.pipeline.runner import Observer
+from kendama_cli.plugins.watch.server import LivePage
+from kendama_cli.plugins.watch.status import RunStatus
 from kendama_cli.system.listening import Listening, listen
-
-if TYPE_CHECKING:
-    from kendama_cli.pipeline.live.server import LivePage
 
 LOOPBACK = "127.0.0.1"
 
 
-@dataclass(frozen=True)
-class WatchOptions:
-    """``port`` 0 takes a free one; ``show``: whether the browser is opened."""
+def watcher(port: int, *, show: bool) -> Watcher:
+    """Take the port (0: a free one), and return the watcher of a run; raises UsageError where the port is taken.
 
-    port: int
-    show: bool
-
-    def opened(self) -> OpenedWatch:
-        """Take the port; raises UsageError where it is taken."""
-        return OpenedWatch(listen(LOOPBACK, self.port), self.show)
-
-
-@dataclass(frozen=True)
-class OpenedWatch:
-    """A port that listens already, and whether the browser is to be opened."""
-
-    listening: Listening
-    show: bool
+    ``show``: the browser is opened.
+    """
+    return functools.partial(_with_page, listen(LOOPBACK, port), show)
 
 
 @contextlib.contextmanager
-def with_page(view: Observer, opened: OpenedWatch | None, record: RunRecord, planner: Planner) -> Iterator[Observer]:
-    """Yield an observer that reports to ``view`` and, if one was ``opened``, to the page, which is served meanwhile."""
-    if opened is None:
-        yield view
-        return
-    from kendama_cli.pipeline.live.server import LivePage  # noqa: PLC0415 - pandas and matplotlib
-    from kendama_cli.pipeline.live.status import RunStatus  # noqa: PLC0415
-
+def _with_page(
+    listening: Listening, show: bool, view: Observer, record: RunRecord, planner: Planner
+) -> Iterator[Observer]:
+    """Yield an observer that reports to ``view`` and to the page, which is served meanwhile."""
     status = RunStatus(record, planner.pipeline)
-    with opened.listening, contextlib.ExitStack() as served:
-        page = LivePage(opened.listening, status, planner)
-        yield _Both(view, status, lambda: _open(served, page, opened.show))
+    with listening, contextlib.ExitStack() as served:
+        page = LivePage(listening, status, planner)
+        yield _Both(view, status, lambda: _open(served, page, show))
 
 
 def _open(served: contextlib.ExitStack, page: LivePage, show: bool) -> None:

@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 
 from kendama_cli.pipeline.context import WorkerContext
-from kendama_cli.pipeline.live.drawing import Drawing
-from kendama_cli.pipeline.live.server import LivePage
-from kendama_cli.pipeline.live.status import RunStatus
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
+from kendama_cli.plugins.watch.drawing import Drawing
+from kendama_cli.plugins.watch.server import LivePage
+from kendama_cli.plugins.watch.status import RunStatus
 from kendama_cli.report.figure import Figure, Panel
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.declaration import StageDeclaration
@@ -48,7 +48,7 @@ def figures(log: StageLog) -> list[Figure]:
 
 
 TOPICS = {"/dice/number": NumberMessage}
-DICE = StageDeclaration("dice", "Thrown dice", "", "", "", {}, TOPICS, chapter="tests.pipeline.test_live:figures")
+DICE = StageDeclaration("dice", "Thrown dice", "", "", "", {}, TOPICS, chapter="tests.plugins.watch.test_watch:figures")
 
 
 class Running:

@@ -13,12 +13,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kendama_cli.errors import KendamaError
-from kendama_cli.log.writer import write_snapshot
 from kendama_cli.pipeline.artifact_place import LOG
-from kendama_cli.pipeline.live.status import RunStatus, StageStatus
 from kendama_cli.pipeline.plan import Planner
+from kendama_cli.plugins.watch.pages import chapters_page, last_motion, replay_page
+from kendama_cli.plugins.watch.snapshot import write_snapshot
+from kendama_cli.plugins.watch.status import RunStatus, StageStatus
 from kendama_cli.report.chapters import performances
-from kendama_cli.report.live.pages import chapters_page, last_motion, replay_page
 from kendama_cli.report.replay.performance import Kind, Performance
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.declaration import StageDeclaration

@@ -8,10 +8,10 @@ import time
 from types import TracebackType
 from typing import Any, Self
 
-from kendama_cli.pipeline.live.drawing import Drawing
-from kendama_cli.pipeline.live.status import RunStatus
 from kendama_cli.pipeline.plan import Planner
-from kendama_cli.report.live.pages import frame_page
+from kendama_cli.plugins.watch.drawing import Drawing
+from kendama_cli.plugins.watch.pages import frame_page
+from kendama_cli.plugins.watch.status import RunStatus
 from kendama_cli.system.listening import Listening
 from kendama_cli.system.loopback import NOT_FOUND, Answer, Asked, LoopbackServer
 
