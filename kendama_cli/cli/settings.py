@@ -10,6 +10,7 @@ import typer
 from kendama_cli.cli import completion
 from kendama_cli.cli.options import ConfigDir, Home, Json
 from kendama_cli.config.site import find_site
+from kendama_cli.schema.registry import brought
 
 
 def config(
@@ -34,9 +35,7 @@ def config(
     """
     site = find_site(home, config_dir)
     if migrate is not None:
-        from kendama_cli.cli.migrate import migrate_settings
-
-        migrate_settings(site, migrate)
+        brought("--migrate", "kendama.migrations", "settings")(site, migrate)
         return
     from kendama_cli.cli.run_work import show_configuration
 

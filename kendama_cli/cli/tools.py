@@ -119,20 +119,6 @@ def cache_gc(
     render.text(f"{len(done.deleted)} {'would be ' if dry_run else ''}deleted")
 
 
-@cache_app.command("migrate")
-def cache_migrate(home: Home = None) -> None:
-    """Rewrite a home of an older version by today's names; every recording and run is kept.
-
-    Example: kendama cache migrate
-    """
-    from kendama_cli.store.migrate import migrate_home
-    from kendama_cli.store.store import Store
-
-    place = find_site(home).home
-    done = migrate_home(Store(place))
-    render.text(f"{place}: {done.results} results ({done.recordings} recordings) and {done.runs} runs rewritten")
-
-
 @log_app.command("info")
 def log_info(file: LogPlace, as_json: Json = False, home: Home = None) -> None:
     """Show the content of an MCAP log.

@@ -1,12 +1,11 @@
 """Names that users wrote or runs recorded, and that changed: one table, from which each answer to an old name comes.
 
-An old name is refused in one line with the new one; ``kendama config --migrate`` rewrites files of overrides by this
-table, ``kendama cache migrate`` a home. Where a name stands is said in new names: ``adapt.sensor_model.onset``.
+An old name is refused in one line with the new one; the part ``migration`` rewrites files of settings and homes by this
+table. Where a name stands is said in new names: ``adapt.sensor_model.onset``.
 """
 
 from __future__ import annotations
 
-import contextlib
 import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -179,36 +178,9 @@ def new_value(key: str, value: Any) -> Any:
     return renamed("value", key, value) or value if isinstance(value, str) else value
 
 
-def new_override(text: str) -> str:
-    """Return an override such as ``adapt.eyes.rate_hz=60`` by the names of today; what cannot be read stays."""
-    found = re.match(r"^([+~]{0,2})([\w./\[\]]+)(@[\w.]+)?(=|$)(.*)$", text, re.DOTALL)
-    if found is None:
-        return text
-    sign, written, package, equals, value = found.groups()
-    # a group's choice and a key are told apart by slashes alone
-    key = new_key(written.replace("/", "."))
-    shown = key.replace(".", "/") if "/" in written else key
-    if value[:1] in ("[", "{"):
-        from kendama_cli.schema.renamed_yaml import renamed_yaml  # noqa: PLC0415 - which reads this table
-
-        with contextlib.suppress(ValueError):  # Hydra's grammar has more than YAML: as it is written
-            value = renamed_yaml(value, key)[0]
-    else:
-        value = ",".join(str(new_value(key, word)) for word in value.split(","))
-    return f"{sign}{shown}{package or ''}{equals}{value}"
-
-
 def renamed_anywhere(kind: Kind, old: str) -> str:
     """Return the new name of ``old`` where names of its kind are unique; ``old`` itself where it did not change."""
     return next((one.new for one in RENAMES if (one.kind, one.old) == (kind, old)), old)
-
-
-def new_metrics(stage: str, metrics: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the metrics of a stage, by its declaration's name, as they are called today."""
-    return {
-        renamed("metric", stage, name) or name: new_value(f"{stage}.{name}", value) if isinstance(value, str) else value
-        for name, value in metrics.items()
-    }
 
 
 def new_fact(key: str) -> str:

@@ -12,7 +12,7 @@ from kendama_cli.log.messages import ReplayMessage
 from kendama_cli.pipeline.nodes import node_schemas
 from kendama_cli.schema.declaration import find_stage, stage_names
 from kendama_cli.schema.registry import declared
-from kendama_cli.schema.renames import RENAMES, new_fact, new_key, new_override, new_value, renamed_anywhere
+from kendama_cli.schema.renames import RENAMES, new_fact, new_key, new_value, renamed_anywhere
 from kendama_cli.schema.settings import variants
 from tests.shipped_conf import CONF
 
@@ -101,13 +101,6 @@ def test_a_key_is_renamed_part_by_part_whatever_of_it_is_new_already():
     assert new_key("adapt.sensor_model.onset.pull_m_s2") == "adapt.sensor_model.onset.min_tension_m_s2"
     assert new_key("interact.script[3].turn_rad") == "interact.script[3].rotation_rad"
     assert new_key("mine.cap") == "mine.cap"
-
-
-def test_an_override_is_renamed_with_its_values():
-    assert new_override("adapt.catch=seen,open") == "adapt.catch=visual,open_loop"
-    assert new_override("learn/learner=lucky,sarsa") == "learn/learner=random_replay,sarsa"
-    assert new_override("+learn.count.cap=glob(*)") == "+learn.count.max_rollouts=glob(*)"
-    assert new_override("seed=range(0,3)") == "seed=range(0,3)"
 
 
 def test_groups_of_keys_are_renamed_with_all_that_they_hold():

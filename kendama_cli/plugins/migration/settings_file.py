@@ -7,7 +7,7 @@ from pathlib import Path
 
 from kendama_cli.config.site import Site
 from kendama_cli.errors import UsageError
-from kendama_cli.schema.renamed_yaml import renamed_yaml
+from kendama_cli.plugins.migration.renamed_text import renamed_yaml
 from kendama_cli.schema.renames import new_key
 from kendama_cli.store import durable
 

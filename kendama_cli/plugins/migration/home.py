@@ -22,9 +22,10 @@ from kendama_cli.artifacts.policy import NamedArray, policy_digest
 from kendama_cli.log.container_writer import ContainerWriter
 from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import STAGE_METADATA, MemoryFile, canonical_json
+from kendama_cli.plugins.migration.renamed_text import new_override
 from kendama_cli.schema.json_text import json_text
 from kendama_cli.schema.messages import OUR_PACKAGE
-from kendama_cli.schema.renames import SINCE, new_metrics, new_override, new_value, renamed, renamed_anywhere
+from kendama_cli.schema.renames import SINCE, new_value, renamed, renamed_anywhere
 from kendama_cli.schema.unpacking import unpacked_arrays
 from kendama_cli.store import durable
 from kendama_cli.store.codecs import pack_arrays
@@ -243,6 +244,14 @@ def _migrated_run(store: Store, path: Path, moved: Mapping[tuple[str, str], Stor
     if made != record:
         durable.write_sealed(path, made)
     return changed
+
+
+def new_metrics(stage: str, metrics: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the metrics of a stage, by its declaration's name, as they are called today."""
+    return {
+        renamed("metric", stage, name) or name: new_value(f"{stage}.{name}", value) if isinstance(value, str) else value
+        for name, value in metrics.items()
+    }
 
 
 def _in_order(stage: Mapping[str, Any], metrics: Mapping[str, Any]) -> list[str]:

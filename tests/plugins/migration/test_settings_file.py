@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from kendama_cli.plugins.migration.renamed_text import new_override
 from tests.cli.typed import kendama, refused
 
 WHOLE = """# mine
@@ -96,3 +97,10 @@ def test_what_is_no_yaml_is_refused_and_left(here, capsys, text):
         Path("no.yaml").write_text(text)
     assert "--migrate no.yaml: it cannot be read (" in refused(capsys, "config", "--migrate", "no.yaml")
     assert text is None or Path("no.yaml").read_text() == text
+
+
+def test_an_override_is_renamed_with_its_values():
+    assert new_override("adapt.catch=seen,open") == "adapt.catch=visual,open_loop"
+    assert new_override("learn/learner=lucky,sarsa") == "learn/learner=random_replay,sarsa"
+    assert new_override("+learn.count.cap=glob(*)") == "+learn.count.max_rollouts=glob(*)"
+    assert new_override("seed=range(0,3)") == "seed=range(0,3)"

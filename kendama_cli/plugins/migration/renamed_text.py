@@ -1,7 +1,8 @@
-"""YAML by the names of today: each name is replaced where it stands, so comments, order, spaces and quotes stay."""
+"""Overrides and YAML by the names of today: each name is replaced where it stands, comments, order and quotes stay."""
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from dataclasses import dataclass
 import yaml
 
 from kendama_cli.schema.plain_yaml import load_yaml
-from kendama_cli.schema.renames import new_key, new_override, renamed
+from kendama_cli.schema.renames import new_key, new_value, renamed
 
 _INTERPOLATION = re.compile(r"\$\{([\w.]+)\}")
 
@@ -73,3 +74,20 @@ def _replaced(node: yaml.Node, new: str) -> _Edit:
     quote = getattr(node, "style", None)
     quote = quote if quote in ("'", '"') else ""
     return _Edit(node.start_mark.index + len(quote), node.end_mark.index - len(quote), new)
+
+
+def new_override(text: str) -> str:
+    """Return an override such as ``adapt.eyes.rate_hz=60`` by the names of today; what cannot be read stays."""
+    found = re.match(r"^([+~]{0,2})([\w./\[\]]+)(@[\w.]+)?(=|$)(.*)$", text, re.DOTALL)
+    if found is None:
+        return text
+    sign, written, package, equals, value = found.groups()
+    # a group's choice and a key are told apart by slashes alone
+    key = new_key(written.replace("/", "."))
+    shown = key.replace(".", "/") if "/" in written else key
+    if value[:1] in ("[", "{"):
+        with contextlib.suppress(ValueError):  # Hydra's grammar has more than YAML: as it is written
+            value = renamed_yaml(value, key)[0]
+    else:
+        value = ",".join(str(new_value(key, word)) for word in value.split(","))
+    return f"{sign}{shown}{package or ''}{equals}{value}"

@@ -11,9 +11,9 @@ import pytest
 from kendama_cli.errors import InputError
 from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import McapLog, MemoryFile
+from kendama_cli.plugins.migration.home import migrate_log
 from kendama_cli.report.source import StageLog
 from kendama_cli.stages.adapt.messages import AdaptPerturbationMessage, AdaptRepeatMessage
-from kendama_cli.store.migrate import migrate_log
 
 FIELDS = [field.name for field in dataclasses.fields(AdaptPerturbationMessage)]
 DRAWN = dataclasses.make_dataclass(

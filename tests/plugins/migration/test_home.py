@@ -14,10 +14,10 @@ from kendama_cli.artifacts.demonstration import DemonstrationSet
 from kendama_cli.artifacts.policy import PolicyArtifact, policy_digest
 from kendama_cli.cli.main import main
 from kendama_cli.log.reader import LogFile
+from kendama_cli.plugins.migration.home import migrate_home
 from kendama_cli.store import durable
 from kendama_cli.store.codecs import load_artifact, pack_arrays
 from kendama_cli.store.home import MARK
-from kendama_cli.store.migrate import migrate_home
 from kendama_cli.store.store import Store, StoredResult
 
 ARCHIVE = Path(__file__).with_name("home-0.2.0.tar.xz")

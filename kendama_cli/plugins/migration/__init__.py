@@ -1,0 +1,1 @@
+"""Homes, logs and files of settings that an older version wrote, by the names of today."""
