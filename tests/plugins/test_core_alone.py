@@ -93,6 +93,9 @@ def test_what_is_missing_is_told_in_one_line_with_the_part_that_has_it(core: Pat
         (("camera", "marker"), "marker"),
         (("plan", "capture=marker_live"), "marker"),
         (("cross-check",), "mujoco"),
+        (("run", "--watch", "--no-show"), "watch"),
+        (("cache", "migrate"), "migration"),
+        (("config", "--migrate", "mine.yaml"), "migration"),
         (("run", "-p", "press"), "interact"),
     ):
         told = kendama(core, *words, expect=2).stderr

@@ -9,8 +9,8 @@ from typing import Any
 
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.cli import render
+from kendama_cli.plugins.arms.smaller_game import SIZES, SmallerGame
 from kendama_cli.robot_model.placement.find_placement import PlacedMotion
-from kendama_cli.robot_model.placement.smaller_game import SIZES, SmallerGame
 from kendama_cli.settings.game import GameSettings
 
 TURNS_DEG = 3600.0

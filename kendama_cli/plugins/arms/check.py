@@ -6,7 +6,6 @@ import dataclasses
 
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.cli import render
-from kendama_cli.cli.pipeline_result import run_for
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
 from kendama_cli.control.imitation import stretched
@@ -16,6 +15,7 @@ from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.plugins.arms.pipeline_result import run_for
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.motion_check import CheckedLimit, check_motion
 from kendama_cli.settings.placement import placed

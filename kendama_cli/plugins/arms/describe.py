@@ -9,14 +9,14 @@ import numpy as np
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.cli import render
-from kendama_cli.cli.limit_table import document_of, show_motion
-from kendama_cli.cli.pipeline_result import run_for
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
 from kendama_cli.errors import InputError, KendamaError
 from kendama_cli.motion.dmp.heading import scaled_plan
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.plugins.arms.limit_table import document_of, show_motion
+from kendama_cli.plugins.arms.pipeline_result import run_for
 from kendama_cli.robot_model.composed import link_poses
 from kendama_cli.robot_model.description import Description, describe_arm
 from kendama_cli.robot_model.model import TOP_SPEED_WITHIN_S, RobotModel

@@ -11,17 +11,17 @@ import yaml
 
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.cli import render
-from kendama_cli.cli.describe import place_command
-from kendama_cli.cli.limit_table import document_of, show_motion, size_command, size_words
-from kendama_cli.cli.pipeline_result import PipelineResult, run_for
 from kendama_cli.config.site import Site
 from kendama_cli.errors import StageError, UsageError
 from kendama_cli.motion.dmp.heading import scaled_plan
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.plugins.arms.describe import place_command
+from kendama_cli.plugins.arms.limit_table import document_of, show_motion, size_command, size_words
+from kendama_cli.plugins.arms.pipeline_result import PipelineResult, run_for
+from kendama_cli.plugins.arms.smaller_game import SmallerGame, find_smaller_game
 from kendama_cli.robot_model.description import read_lines
 from kendama_cli.robot_model.placement.find_placement import PlacedMotion, find_placement, measured, require_workable
-from kendama_cli.robot_model.placement.smaller_game import SmallerGame, find_smaller_game
 from kendama_cli.settings.placement import placed
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.store.durable import write_file
