@@ -13,7 +13,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from kendama_cli.schema.public_names import HOMES
+from kendama_cli.schema.public_names import homes
 
 if TYPE_CHECKING:
     from kendama_cli.artifacts.demonstration import Demonstration as Demonstration
@@ -106,18 +106,18 @@ if TYPE_CHECKING:
     from kendama_cli.vision.detection.interface import SearchHint as SearchHint
     from kendama_cli.vision.detection.interface import Sighting as Sighting
 
-__all__ = list(HOMES)
+__all__ = list(homes())
 
 
 def __getattr__(name: str) -> Any:
     """Return the public object ``name``, imported from the module that defines it."""
-    if name not in HOMES:
+    if name not in homes():
         raise AttributeError(f"module 'kendama_cli.extension' has no attribute '{name}'")
-    found = getattr(importlib.import_module(HOMES[name]), name)
+    found = getattr(importlib.import_module(homes()[name]), name)
     globals()[name] = found
     return found
 
 
 def __dir__() -> list[str]:
     """Return the public names."""
-    return sorted(HOMES)
+    return sorted(homes())
