@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from kendama_cli.cli import completion, options, render
-from kendama_cli.cli.camera import camera_app
 from kendama_cli.cli.docs import docs
 from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.motion import motion_app
@@ -41,7 +40,10 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.add_typer(cache_app, name="cache")
-app.add_typer(camera_app, name="camera")
+app.add_typer(
+    typer.Typer(cls=open_group("camera"), help="Calibrate cameras, and check what they see.", no_args_is_help=True),
+    name="camera",
+)
 app.add_typer(log_app, name="log")
 app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")

@@ -11,7 +11,7 @@ from kendama_cli.schema.settings import build, build_value
 from kendama_cli.settings.camera import DeviceCamera, FileCamera
 from kendama_cli.stages.predict.stage import Predict
 from kendama_cli.vision.settings import MotionSettings
-from tests.devices.camera.test_recorded_and_live import images
+from tests.devices.camera.image_folder import images
 from tests.memory_context import MemoryContext
 from tests.shipped_conf import plain
 from tests.vision.scenes import game, lighting, predict, virtual

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.devices.camera.check import Clock
+from kendama_cli.devices.camera.clock import Clock
 from kendama_cli.devices.camera.interface import Camera, Frame, SceneSource, StaleFrame, open_cameras
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.vision.cameras.region import Region, whole

@@ -10,12 +10,3 @@ VIRTUAL = Variant(
     settings="kendama_cli.settings.camera:VirtualCamera",
     makes="kendama_cli.devices.camera.virtual:open_virtual",
 )
-FILE = Variant(
-    "file", settings="kendama_cli.settings.camera:FileCamera", makes="kendama_cli.devices.camera.file:open_file"
-)
-DEVICE = Variant(
-    "device",
-    settings="kendama_cli.settings.camera:DeviceCamera",
-    makes="kendama_cli.devices.camera.device:open_device",
-    needs="a camera that OpenCV can open",
-)

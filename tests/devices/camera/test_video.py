@@ -6,11 +6,9 @@ import av
 import numpy as np
 import pytest
 
-from kendama_cli.devices.camera.file import FileCameraBlock
 from kendama_cli.devices.camera.video import VideoFile, read_avi, video_faults
 from kendama_cli.devices.camera.views import read_views
 from kendama_cli.errors import InputError
-from kendama_cli.vision.cameras.camera_model import CameraModel
 from tests.vision.ball_films import RATE_HZ, pendulum, textured, write_film
 
 FRAMES = 24
@@ -159,12 +157,3 @@ def test_a_trimmed_video_is_read_as_far_as_it_is_shown_and_is_not_damaged(mp4):
     assert "it is trimmed: its edit list shows about" in line
     assert f"of its {FRAMES} frames" in line
     assert len(list(read_views([mp4]))) == shown
-
-
-def test_a_recorded_camera_takes_a_trimmed_video_for_a_whole_one(mp4):
-    trimmed(mp4, 8)
-    model = CameraModel(
-        "film", 320, 240, np.full(2, 300.0), np.array([159.5, 119.5]), np.zeros(5), np.eye(3), np.zeros(3)
-    )
-    camera = FileCameraBlock(model, str(mp4), clock=lambda: 100.0)
-    assert camera.latest(max_age_s=1000.0).t_s < 12 / RATE_HZ

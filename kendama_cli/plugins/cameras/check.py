@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.devices.camera.clock import Clock
 from kendama_cli.devices.camera.image_loop import ImageLoop, ObservedImage, raise_stale
 from kendama_cli.devices.camera.interface import Camera, SceneSource, StaleFrame, open_cameras
 from kendama_cli.devices.camera.staged_flight import StagedFlight
@@ -103,24 +104,6 @@ def figures(record: CameraRecord) -> dict[str, Any]:
 
 def _quantile(values: Sequence[float], part: float, scale: float = 1.0) -> float | None:
     return float(np.quantile(values, part)) * scale if values else None
-
-
-class Clock:
-    """The wall's time where cameras are live, else a time that is set."""
-
-    def __init__(self, *, live: bool) -> None:
-        self.live, self.set_s = live, 0.0
-        self._began_s = time.monotonic()
-
-    def __call__(self) -> float:
-        return time.monotonic() - self._began_s if self.live else self.set_s
-
-    def wait(self, duration_s: float) -> None:
-        """Let ``duration_s`` pass."""
-        if self.live:
-            time.sleep(duration_s)
-        else:
-            self.set_s += duration_s
 
 
 class _Flights:

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from tests.cli.typed import kendama, refused
-from tests.devices.camera.test_recorded_and_live import images
+from tests.devices.camera.image_folder import images
 
 RECORDED = ("camera", "check", "camera=file", "camera.paths=[times.csv]")
 

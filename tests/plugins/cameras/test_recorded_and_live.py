@@ -11,16 +11,21 @@ import pytest
 
 from kendama_cli.devices.camera.calibration import camera_model
 from kendama_cli.devices.camera.conformance import check_camera
-from kendama_cli.devices.camera.device import DeviceCameraBlock, open_device
-from kendama_cli.devices.camera.file import FileCameraBlock
 from kendama_cli.devices.camera.interface import StaleFrame, open_cameras
 from kendama_cli.errors import ConfigError, HardwareError, InputError, MissingPartError
+from kendama_cli.plugins.cameras.check import check_cameras
+from kendama_cli.plugins.cameras.device import DeviceCameraBlock, open_device
+from kendama_cli.plugins.cameras.file import FileCameraBlock
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import DeviceCamera, FileCamera
-from tests.vision.scenes import plain, stereo, virtual
+from kendama_cli.vision.cameras.camera_model import CameraModel
+from tests.devices.camera.image_folder import RATE_HZ, images
+from tests.devices.camera.test_video import trimmed
+from tests.vision.ball_films import RATE_HZ as FILM_HZ
+from tests.vision.ball_films import pendulum, textured, write_film
+from tests.vision.scenes import game, lighting, plain, predict, stereo, virtual
 
 MODEL = dataclasses.replace(stereo()[0], width_px=64, height_px=48)
-RATE_HZ = 50.0
 
 
 class Clock:
@@ -32,17 +37,6 @@ class Clock:
 
     def wait(self, duration_s):
         self.t_s += duration_s
-
-
-def images(folder, n=20, size=(48, 64), rows=None):
-    rng = np.random.default_rng(0)
-    lines = ["file,t_s"]
-    for i in range(n):
-        cv2.imwrite(str(folder / f"{i:03d}.png"), rng.integers(0, 256, (*size, 3), dtype=np.uint8))
-        lines.append(f"{i:03d}.png,{i / RATE_HZ}")
-    path = folder / "times.csv"
-    path.write_text("\n".join(rows if rows is not None else lines) + "\n")
-    return str(path)
 
 
 def video(path, n=20, size=(64, 48)):
@@ -290,3 +284,21 @@ def test_a_quaternion_and_a_target_tell_the_same_pose():
     quaternion = one | {"look_at_m": None, "rotation_wxyz": [half, -half, 0.0, 0.0]}
     by_rotation = camera_model(file_settings(cameras=[quaternion]).cameras[0])
     assert np.allclose(by_target.world_to_camera, by_rotation.world_to_camera, atol=1e-12)
+
+
+def test_a_recorded_camera_takes_a_trimmed_video_for_a_whole_one(tmp_path):
+    mp4 = tmp_path / "film.mp4"
+    write_film(mp4, pendulum(24, 10310, background=textured(10311))[0], "mp4v")
+    trimmed(mp4, 8)
+    model = CameraModel(
+        "film", 320, 240, np.full(2, 300.0), np.array([159.5, 119.5]), np.zeros(5), np.eye(3), np.zeros(3)
+    )
+    camera = FileCameraBlock(model, str(mp4), clock=lambda: 100.0)
+    assert camera.latest(max_age_s=1000.0).t_s < 12 / FILM_HZ
+
+
+def test_a_look_through_a_camera_on_a_link_is_refused_where_no_arm_carries_it():
+    one, two = virtual().cameras
+    carried = dataclasses.replace(virtual(), cameras=(one, dataclasses.replace(two, link="flange")))
+    with pytest.raises(ConfigError, match="camera 'right' is on link 'flange', but no arm carries it here"):
+        check_cameras(carried, lighting("bright"), game(), predict(), seconds=0.1, seed=0)

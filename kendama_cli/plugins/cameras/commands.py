@@ -1,4 +1,4 @@
-"""Commands about cameras: the appearance of the ball, and the view of cameras."""
+"""``kendama camera colour`` and ``kendama camera check``."""
 
 from __future__ import annotations
 
@@ -7,16 +7,10 @@ from typing import Annotated
 
 import typer
 
-from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.options import ConfigDir, Home, Json, Overrides
 from kendama_cli.config.site import find_site
 
-camera_app = typer.Typer(
-    cls=open_group("camera"), help="Calibrate cameras, and check what they see.", no_args_is_help=True
-)
 
-
-@camera_app.command("colour")
 def camera_colour(
     clicks: Annotated[
         list[str], typer.Argument(metavar="IMAGE@U,V...", help="Images, each with the ball's middle in it [px].")
@@ -30,12 +24,11 @@ def camera_colour(
 
     Example: kendama camera colour -o colour.yaml ball.png=320,240
     """
-    from kendama_cli.cli.camera_work import learn_ball  # OpenCV
+    from kendama_cli.plugins.cameras.work import learn_ball  # OpenCV
 
     learn_ball(clicks, radius_px, output)
 
 
-@camera_app.command("check")
 def camera_check(
     overrides: Overrides = None,
     seconds: Annotated[float, typer.Option(metavar="N", min=0.05, help="Duration of the look.")] = 2.0,
@@ -50,6 +43,6 @@ def camera_check(
 
     Example: kendama camera check camera=device
     """
-    from kendama_cli.cli.camera_work import check  # OpenCV and compiled code
+    from kendama_cli.plugins.cameras.work import check  # OpenCV and compiled code
 
     check(find_site(home, config_dir), overrides or [], seconds, output, as_json=as_json)

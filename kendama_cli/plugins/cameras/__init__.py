@@ -1,0 +1,1 @@
+"""Live and recorded cameras, and a look through any."""
