@@ -15,7 +15,6 @@ import typer
 from kendama_cli.cli import completion, options, render
 from kendama_cli.cli.docs import docs
 from kendama_cli.cli.groups import open_group
-from kendama_cli.cli.motion import motion_app
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, On, Overrides, PipelineName, Thorough, Until
 from kendama_cli.cli.robot import robot_app
 from kendama_cli.cli.runs import diff, runs_app
@@ -45,7 +44,6 @@ app.add_typer(
     name="camera",
 )
 app.add_typer(log_app, name="log")
-app.add_typer(motion_app, name="motion")
 app.add_typer(robot_app, name="robot")
 app.add_typer(runs_app, name="runs")
 app.add_typer(setup_app, name="setup")

@@ -21,7 +21,7 @@ COMMANDS = "kendama.commands"
 LONGEST_SUMMARY = 400
 SECTIONS = {
     "Run": ("run", "plan", "sweep", "config"),
-    "Look": ("report", "runs", "diff", "explain", "log", "motion"),
+    "Look": ("report", "runs", "diff", "explain", "log"),
     "Record": ("camera",),
     "Robots": ("robot", "setup"),
     "Teach": (),

@@ -11,6 +11,7 @@ from kendama_cli.cli import completion
 from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.options import Home, Json
 
+SECTION = "Look"
 motion_app = typer.Typer(
     cls=open_group("motion"), help="Movement primitives: show, export, draw from.", no_args_is_help=True
 )
@@ -40,7 +41,7 @@ def motion_show(source: Source = None, stage: Stage = None, as_json: Json = Fals
 
     Example: kendama motion show 1
     """
-    from kendama_cli.cli.motion_work import show
+    from kendama_cli.plugins.primitives.work import show
 
     show(source, stage, home, as_json=as_json)
 
@@ -58,7 +59,7 @@ def motion_export(
 
     Example: kendama motion export 1 -o swing.yaml
     """
-    from kendama_cli.cli.motion_work import export
+    from kendama_cli.plugins.primitives.work import export
 
     export(source, stage, home, output)
 
@@ -79,6 +80,6 @@ def motion_sample(
 
     Example: kendama motion sample 1 -n 10 -o swings
     """
-    from kendama_cli.cli.motion_work import sample
+    from kendama_cli.plugins.primitives.work import sample
 
     sample(source, stage, home, output, count=count, scale=scale, seed=seed)

@@ -1,0 +1,1 @@
+"""Movement primitives outside of a run: shown, written, and drawn from."""
