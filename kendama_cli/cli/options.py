@@ -41,6 +41,18 @@ On = Annotated[
 Thorough = Annotated[
     bool, typer.Option("--thorough", help="Play every evaluation to its end, also where its rate is clear earlier.")
 ]
+RemotePlace = Annotated[
+    str | None,
+    typer.Option("--remote", metavar="PLACE", help="A folder, or s3://bucket/prefix [store.remote]."),
+]
+LogPlace = Annotated[
+    str,
+    typer.Argument(
+        metavar="FILE",
+        help="An MCAP file, or RUN/STAGE, or STAGE of the newest run that has it.",
+        autocompletion=completion.artifacts,
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 Arm = Annotated[bool, typer.Option("--arm", help="Allow stages that move real hardware.")]
 Overrides = Annotated[

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,23 +9,12 @@ import typer
 
 from kendama_cli.cli import completion, render
 from kendama_cli.cli.groups import open_group
-from kendama_cli.cli.options import ConfigDir, Home, Json
-from kendama_cli.cli.output_file import refuse_output, write_output
-from kendama_cli.cli.shared_store import RemotePlace
-from kendama_cli.cli.shared_store import verify as verify_shared
+from kendama_cli.cli.options import ConfigDir, Home, Json, LogPlace, RemotePlace
 from kendama_cli.config.site import find_site
+from kendama_cli.schema.registry import brought
 
 cache_app = typer.Typer(cls=open_group("cache"), help="Look after the store of finished work.", no_args_is_help=True)
 log_app = typer.Typer(cls=open_group("log"), help="Look into MCAP logs.", no_args_is_help=True)
-
-LogPlace = Annotated[
-    str,
-    typer.Argument(
-        metavar="FILE",
-        help="An MCAP file, or RUN/STAGE, or STAGE of the newest run that has it.",
-        autocompletion=completion.artifacts,
-    ),
-]
 
 
 @cache_app.command("path")
@@ -80,7 +68,8 @@ def cache_verify(
     Example: kendama cache verify
     """
     if remote is not None:
-        return verify_shared(find_site(home, config_dir), remote, as_json=as_json)
+        verify_remote = brought("cache verify --remote", "kendama.remotes", "verify")
+        return int(verify_remote(find_site(home, config_dir), remote, as_json=as_json))
     from kendama_cli.store.garbage import verify
     from kendama_cli.store.store import Store
 
@@ -168,28 +157,6 @@ def log_export(
 
     for path in exporter(form)(ExportRequest(find_site(home).home, file, output, topic, fps)):
         render.text(str(path))
-
-
-@log_app.command("layout")
-def log_layout(
-    file: LogPlace,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="[the log's or stage's name .layout.json].")
-    ] = None,
-    home: Home = None,
-) -> None:
-    """Write a layout with which Foxglove shows an MCAP log: scene, images and plots.
-
-    Example: kendama log layout 12/adapt -o adapt.layout.json
-    """
-    from kendama_cli.log.layout import layout  # pandas
-    from kendama_cli.pipeline.artifact_place import log_path
-
-    target = output or Path(Path(file).stem + ".layout.json")
-    refuse_output(target, "a layout is JSON", ".json")
-    made = json.dumps(layout(log_path(find_site(home).home, file)), indent=1)
-    write_output(target, f"{made}\n".encode())
-    render.text(str(target))
 
 
 def _show_log(facts: dict[str, Any]) -> None:

@@ -6,9 +6,9 @@ import dataclasses
 from typing import TYPE_CHECKING
 
 from kendama_cli.cli import render
-from kendama_cli.cli.options import ConfigDir, Home, Json
-from kendama_cli.cli.shared_store import RemotePlace, show_damage, store_settings
+from kendama_cli.cli.options import ConfigDir, Home, Json, RemotePlace
 from kendama_cli.config.site import Site, find_site
+from kendama_cli.plugins.cluster.shared_place import show_damage, store_settings
 from kendama_cli.schema.units import count_of
 
 if TYPE_CHECKING:

@@ -1,1 +1,1 @@
-"""A run as a page on this machine while it goes on: how far its stages are, and what their logs say by then."""
+"""A look at runs: the page of one that goes on, and what shows a log in Foxglove."""

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from kendama_cli.cli import render
 from kendama_cli.config.site import Site
@@ -14,11 +12,6 @@ from kendama_cli.config.site import Site
 if TYPE_CHECKING:
     from kendama_cli.settings.store import StoreSettings
     from kendama_cli.store.store import SharedDamage
-
-RemotePlace = Annotated[
-    str | None,
-    typer.Option("--remote", metavar="PLACE", help="A folder, or s3://bucket/prefix [store.remote]."),
-]
 
 
 def verify(site: Site, place: str, *, as_json: bool) -> int:

@@ -1,7 +1,7 @@
 """The layout for Foxglove: every panel is placed, shows topics that the log has, and fields that they have."""
 
-from kendama_cli.log.layout import layout
 from kendama_cli.log.reader import LogFile
+from kendama_cli.plugins.watch.layout import layout
 from kendama_cli.schema.foxglove import CompressedImage
 from tests.log.made_logs import memory_log
 
