@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.code import Code, FileIndex, read_code
-from kendama_cli.schema.registry import Variant
+from kendama_cli.schema.registry import Variant, declared
 from kendama_cli.schema.settings import chosen
 
 
@@ -22,9 +22,19 @@ def code_targets(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[
     blocks = [
         target
         for variant in _chosen(spec, settings, schemas)
-        for target in (variant.makes, variant.settings, *variant.packages)
+        for target in (variant.makes, variant.settings, *_expanded(variant.packages))
     ]
-    return [declaration.run, declaration.returns, *declaration.packages, *(kind.__module__ for kind in types), *blocks]
+    packages = _expanded(declaration.packages)
+    return [declaration.run, declaration.returns, *packages, *(kind.__module__ for kind in types), *blocks]
+
+
+def _expanded(packages: Sequence[str]) -> list[str]:
+    """Return ``packages`` with all that an entry point group among them names."""
+    return [target for one in packages for target in (declared(one).values() if _is_group(one) else (one,))]
+
+
+def _is_group(package: str) -> bool:
+    return package.startswith("kendama.")
 
 
 def _chosen(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[Variant]:
@@ -34,5 +44,6 @@ def _chosen(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, 
 
 def stage_code(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any], index: FileIndex) -> Code:
     """Return the code of a stage; see ``read_code``."""
-    named = bool(spec.declaration.packages) or any(one.packages for one in _chosen(spec, settings, schemas))
+    packages = [spec.declaration.packages, *(one.packages for one in _chosen(spec, settings, schemas))]
+    named = not all(_is_group(one) for own in packages for one in own)
     return read_code(code_targets(spec, settings, schemas), index, is_named=named)

@@ -67,7 +67,8 @@ class StageDeclaration:
     ``methods`` are sentences of a paper's method section: ``{KEY}`` stands for the value of that setting (from its
     node on) or metric in a run, with its unit; a sentence with a value that a run lacks is left out of its report.
 
-    ``packages`` are further ones whose code counts for its result: see docs/howto/write-a-package.md.
+    ``packages`` are further ones whose code counts for its result, or entry point groups of which all that they name
+    does: see docs/howto/write-a-package.md.
     """
 
     name: str

@@ -27,7 +27,7 @@ class Variant:
 
     ``settings`` and ``makes`` are ``module:name``. The block's ``interface.py`` says how ``makes`` is called and what
     it returns. ``packages`` are further ones whose code counts, imported by computed names or installed as libraries
-    are. ``needs`` is what must stand beside the computer, for ``kendama doctor``.
+    are; or entry point groups. ``needs`` is what must stand beside the computer, for ``kendama doctor``.
     """
 
     kind: str

@@ -18,6 +18,7 @@ from kendama_cli.pipeline.nodes import build_settings, node_schemas
 from kendama_cli.pipeline.plan import Planner, kind_of
 from kendama_cli.pipeline.stage_code import code_targets
 from kendama_cli.schema.declaration import Kind, StageDeclaration, find_stage
+from kendama_cli.schema.registry import declared
 from kendama_cli.store.store import Store
 
 
@@ -104,6 +105,14 @@ def test_a_simulated_arm_computes_and_one_that_may_be_real_moves(tmp_path: Path)
         "moves",
         "computes",
     )
+
+
+def test_the_code_of_each_reader_of_recordings_counts_for_a_stage_that_may_read_them(tmp_path: Path) -> None:
+    made = planner(tmp_path, pipeline="measurement")
+    (measure,) = made.pipeline.stages
+    targets = set(declared("kendama.recordings").values())
+    assert targets
+    assert targets <= set(code_targets(measure, made.settings["measure"], node_schemas()[0]))
 
 
 def test_the_code_of_the_chosen_parts_counts_and_that_of_others_and_of_the_chapter_does_not(tmp_path: Path) -> None:

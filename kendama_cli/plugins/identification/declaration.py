@@ -64,6 +64,7 @@ MEASURE = StageDeclaration(
     settings={"measure": SwingMeasurement | TrackMeasurement},
     topics=SWING_TOPICS,
     kind="moves",
+    packages=("kendama.recordings",),
     chapter="kendama_cli.plugins.identification.swing_chapter:figures",
     headline=(Headline("rope_mm", "length of the rope"), Headline("drag_n_s_m_at_3", "drag over speed at 3 m/s")),
     brief="rope {rope_mm:.0f} mm, drag {drag_n_s_m_at_3:.2g} N s/m at 3 m/s",

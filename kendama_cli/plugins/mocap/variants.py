@@ -6,6 +6,7 @@ BODY = Variant(
     "body",
     settings="kendama_cli.plugins.mocap.settings:BodyCapture",
     makes="kendama_cli.plugins.mocap.body:open_bodies",
+    packages=("kendama.recordings",),
 )
 MOCAP = Variant(
     "mocap",

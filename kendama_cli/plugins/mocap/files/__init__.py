@@ -1,0 +1,1 @@
+"""Files that motion capture systems and animation programs write, for the entry point group ``kendama.recordings``."""
