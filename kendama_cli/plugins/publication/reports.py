@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from kendama_cli.pipeline.report import ReportRequest
+from typing import TYPE_CHECKING
+
 from kendama_cli.plugins.publication.count_progress import counted
 from kendama_cli.schema.units import count_of
+
+if TYPE_CHECKING:  # pandas
+    from kendama_cli.pipeline.report import ReportRequest
 
 
 def figures(request: ReportRequest) -> str:

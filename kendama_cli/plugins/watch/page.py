@@ -7,16 +7,17 @@ import functools
 import threading
 import webbrowser
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kendama_cli.cli import render
 from kendama_cli.cli.run_work import Watcher
 from kendama_cli.pipeline.plan import Planner
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
 from kendama_cli.pipeline.runner import Observer
-from kendama_cli.plugins.watch.server import LivePage
-from kendama_cli.plugins.watch.status import RunStatus
 from kendama_cli.system.listening import Listening, listen
+
+if TYPE_CHECKING:
+    from kendama_cli.plugins.watch.server import LivePage
 
 LOOPBACK = "127.0.0.1"
 
@@ -34,6 +35,9 @@ def _with_page(
     listening: Listening, show: bool, view: Observer, record: RunRecord, planner: Planner
 ) -> Iterator[Observer]:
     """Yield an observer that reports to ``view`` and to the page, which is served meanwhile."""
+    from kendama_cli.plugins.watch.server import LivePage  # noqa: PLC0415 - pandas and matplotlib
+    from kendama_cli.plugins.watch.status import RunStatus  # noqa: PLC0415
+
     status = RunStatus(record, planner.pipeline)
     with listening, contextlib.ExitStack() as served:
         page = LivePage(listening, status, planner)

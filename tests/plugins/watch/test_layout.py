@@ -3,6 +3,7 @@
 from kendama_cli.log.reader import LogFile
 from kendama_cli.plugins.watch.layout import layout
 from kendama_cli.schema.foxglove import CompressedImage
+from tests.log.conftest import filled
 from tests.log.made_logs import memory_log
 
 
@@ -11,7 +12,9 @@ def placed(node):
     return [node] if isinstance(node, str) else [*placed(node["first"]), *placed(node["second"])]
 
 
-def test_the_scene_and_a_plot_of_each_topic_with_changing_numbers_are_shown(log_file):
+def test_the_scene_and_a_plot_of_each_topic_with_changing_numbers_are_shown(tmp_path):
+    log_file = tmp_path / "log.mcap"
+    filled().finish(log_file, stage="adapt", settings={}, metrics={})
     made = layout(log_file)
     panels, log = made["configById"], LogFile(log_file)
     tabs = panels["Tab!plots"]["tabs"]
