@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.physics.rope import RopeLaw, rope_pull
-from kendama_cli.robot_model.placement.smaller_game import similar_game
+from kendama_cli.plugins.arms.smaller_game import similar_game
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings, LinearAir, MeasuredAir
 from tests.shipped_conf import plain
