@@ -123,7 +123,9 @@ def test_the_code_of_the_chosen_parts_counts_and_that_of_others_and_of_the_chapt
     assert "kendama_cli/plugins/mocap/live.py" not in code["capture"]
     for name, files in code.items():
         assert f"kendama_cli/stages/{name}/stage.py" in files
-        assert f"kendama_cli/stages/{name}/messages.py" in files
+        declaration = find_stage(name)
+        assert declaration is not None
+        assert {f"{kind.__module__.replace('.', '/')}.py" for kind in declaration.topics.values()} <= files
         assert not [file for file in files if file.startswith("kendama_cli/report/") or "chapter" in file], name
 
 
