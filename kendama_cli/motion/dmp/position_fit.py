@@ -14,13 +14,14 @@ demonstration of as many samples.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
 
 from kendama_cli.motion.dmp.basis import Basis
+from kendama_cli.motion.dmp.even_samples import CommonFunctions, common_functions, node_sums
 from kendama_cli.motion.dmp.response_columns import ResponseColumns, read_rows, response_columns
 from kendama_cli.schema.arrays import Array
 
@@ -45,6 +46,9 @@ LEAST_COLUMN = 1e-6
 LEAST_SEEN = 1e-3
 """Of what dense samples see of a function: where they see less, normal equations would lose digits."""
 
+DENSE = 6
+"""So many even samples a node, and the series of what the functions make with each other is right to 2e-11."""
+
 NONE = 1e-6
 """Freedom of a price that is out of the question."""
 
@@ -63,48 +67,6 @@ class Ends:
     def columns(self) -> list[int]:
         """Return the numbers of the free columns among y0, y0', g, g'."""
         return [0, *([1] if self.start_moves else []), 2, *([3] if self.end_moves else [])]
-
-
-@dataclass(frozen=True)
-class CommonFunctions:
-    """The p functions T' columns(s) of each of W bases with given ends, orthonormal over the motion.
-
-    Normal equations of them lose nothing, where those of the columns would lose half of the digits.
-    """
-
-    lift: Array
-    """(W, p, p): T, from the functions to the free columns"""
-    triangle: Array
-    """(W, p, p): the inverse of T"""
-    rows: Array
-    """(W, 3 (n + 1), p): see ``ResponseColumns``"""
-    jerk: Array
-    """(W, p, p): the integral of the third derivatives' products"""
-    miss: Array
-    """(W, p, p): the square of the goal's miss, weighted"""
-
-    def at(self, share: Array) -> Array:
-        """Return Q at fractions ``share`` (n,), each in [0, 1]; (W, n, p)."""
-        return read_rows(self.rows, share)
-
-
-def common_functions(columns: ResponseColumns, free: Sequence[int], end_weight: float) -> CommonFunctions:
-    """Return the functions of the ``free`` columns; a miss of the goal counts as ``end_weight`` times the samples'
-    own.
-    """
-    rows, jerk = columns.rows[:, :, free], columns.jerk[:, :, free]
-    miss = end_weight * columns.miss[:, :, free]
-    thin = rows[:, ::6]  # the values at every other node
-    triangle = np.asarray(np.linalg.qr(np.concatenate((thin / np.sqrt(thin.shape[1]), miss), axis=1), mode="r"))
-    lift = np.linalg.inv(triangle)
-    bend, off = jerk @ lift, miss @ lift
-    return CommonFunctions(
-        lift=lift,
-        triangle=triangle,
-        rows=rows @ lift,
-        jerk=bend.transpose(0, 2, 1) @ bend,
-        miss=off.transpose(0, 2, 1) @ off,
-    )
 
 
 @dataclass(frozen=True)
@@ -170,7 +132,16 @@ def solve_positions(operator: Operator, position: Array) -> Array:
 @lru_cache(maxsize=128)
 def even_operator(count: int, bases: tuple[Basis, ...], ends: Ends) -> Operator:
     """Return the operator for ``count`` even samples."""
-    return operator(np.linspace(0.0, 1.0, count), bases, ends)
+    common = _common(bases, ends)
+    if count < DENSE * common.nodes:
+        return operator(np.linspace(0.0, 1.0, count), bases, ends)
+    see = partial(_node_products, common)
+    found = _by_normal_equations(common, count, common.gram.at(count), see, _free(bases[0], ends))
+    return found or operator(np.linspace(0.0, 1.0, count), bases, ends)
+
+
+def _node_products(common: CommonFunctions, rows: Array) -> Array:
+    return node_sums(rows, common.nodes) @ common.rows
 
 
 def operator(share: Array, bases: tuple[Basis, ...], ends: Ends) -> Operator:

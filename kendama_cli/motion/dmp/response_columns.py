@@ -25,6 +25,9 @@ CELLS_PER_FUNCTION, CELLS_PER_FREQUENCY = 8, 5
 """Gauss and Hermite then leave 2e-8 of a function."""
 _POINTS = 0.5 + np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])
 _SHARES = np.array([5.0, 8.0, 5.0]) / 18.0
+_STEP = 1e-3
+_DIFFERENCES = np.array([[1, -8, 0, 8, -1], np.array([-1, 16, -30, 16, -1]) / _STEP]) / (12 * _STEP)
+"""From a function at -2 .. 2 steps to its first and second derivative."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,8 @@ class ResponseColumns:
     """(W, 3 (n + 1), 4 + m): of each node the value, and its first and second derivative over the cells between."""
     jerk: Array
     """(W, n + 1, 4 + m): the third derivatives by s, times the root of the trapezoidal rule's weights."""
+    ends: Array
+    """(6, W, 2, 4 + m): value and five derivatives by s at 0 and 1"""
     miss: Array
     """(W, 2, 4 + m): how far y(1) is from g, and y'(1) from g', in 1 / w."""
 
@@ -75,8 +80,27 @@ def response_columns(bases: Sequence[Basis]) -> ResponseColumns:
     return ResponseColumns(
         rows=rows.reshape(len(bases), -1, rows.shape[3]),
         jerk=whole[3] * np.sqrt(weights)[:, None],
+        ends=_at_ends([one[:, [0, -1]] for one in whole], w, _drive_derivatives(first, widths)),
         miss=miss,
     )
+
+
+def _drive_derivatives(basis: Basis, widths: Array) -> Array:
+    """Return r'' and r''' of the features at 0 and 1, for ``widths`` (W, m), by differences of r'; (2, W, 2, m)."""
+    instants = np.array([[0.0], [1.0]]) + _STEP * np.arange(-2, 3)
+    rates = feature_rates(phase(instants.reshape(-1, 1), basis.decay), basis.centers, widths, basis.decay)
+    made = np.tensordot(_DIFFERENCES, rates.reshape(2, 5, *widths.shape), (1, 1))
+    return np.asarray(made.transpose(0, 2, 1, 3))
+
+
+def _at_ends(known: Sequence[Array], w: float, drive: Array) -> Array:
+    """Return the ``known`` value and three derivatives (W, 2, 4 + m), and two more from eq. 3 differentiated."""
+    made = list(known)
+    for push in drive:
+        further = -2 * w * made[-1] - w**2 * made[-2]
+        further[..., 4:] += push
+        made.append(further)
+    return np.stack(made)
 
 
 def _end_columns(share: Array, w: float) -> tuple[Array, Array, Array, Array]:
