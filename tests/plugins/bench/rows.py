@@ -30,6 +30,8 @@ HEAD = ("environment", "seed", *METRICS)
 TABLE_HEAD = (
     *("environment", "seeds", "frozen policy", "replayed harmonic", "random", "gain", "gain above 0", "published"),
 )
+FEWEST = 6
+"""Fewer seeds tell no interval."""
 
 
 def settings_of(environment: str) -> BenchSettings:
@@ -71,7 +73,7 @@ def cells(environment: str, lines: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _with(values: Any) -> str:
-    between = mean_interval(values) if len(values) > 1 else None
+    between = mean_interval(values) if len(values) >= FEWEST else None
     return f"{values.mean():.0f}" + ("" if between is None else f" [{between[0]:.0f}, {between[1]:.0f}]")
 
 
