@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import gc
 import os
 import signal
 import subprocess
@@ -128,13 +127,6 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
     """Run tests of real time beside each other only."""
     with alone.turn(realtime=item.get_closest_marker("realtime") is not None):
         return (yield)
-
-
-@pytest.hookimpl(trylast=True)
-def pytest_collection_finish() -> None:
-    """Keep what collection made out of each later search for garbage: half a million objects that live to the end."""
-    gc.collect()
-    gc.freeze()
 
 
 def pytest_sessionfinish() -> None:
