@@ -33,10 +33,7 @@ class PatchClassifier:
 
     def log_odds(self, features: Values) -> Values:
         """Return the log odds (n,) that patches with these ``features`` (n, features) show the ball."""
-        return self.of_standardised(standardised(features, self.mean, self.spread))
-
-    def of_standardised(self, values: Values) -> Values:
-        """Return the log odds (n,) of features that are standardised already."""
+        values = standardised(features, self.mean, self.spread)
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             values = values @ weight
             values += bias

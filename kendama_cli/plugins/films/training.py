@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 from kendama_cli.plugins.films.ball_box import TrainedImage, refuse_boxes
 from kendama_cli.plugins.films.ball_patches import all_patches, median_radius_px
 from kendama_cli.plugins.films.box_similarity import refuse_unlike
-from kendama_cli.plugins.films.patch_classifier import PatchClassifier, Values, standardised
+from kendama_cli.plugins.films.patch_classifier import PatchClassifier, Values
 from kendama_cli.plugins.films.patch_features import COUNT
 from kendama_cli.plugins.films.patch_training import trained
 from kendama_cli.schema.unpacking import unpacked_arrays
 
 CLASSIFIERS = 3
 STEPS, ROUNDS = 1500, 3
+UNLIKELY = -15.0
+"""Log odds from which the mean of three could be a peak only if the two others had more than 30."""
 MOST_BYTES = 1 << 26
 """Limit of all arrays of a trained ball; ours have some hundred kB."""
 
@@ -33,16 +35,14 @@ class TrainedBall:
     def log_odds(self, features: Values) -> Values:
         """Log odds (n,) of patches with ``features`` (n, COUNT): the classifiers' mean less their standard deviation.
 
-        On what none of the training images resembles the classifiers differ: such patches are no sure sighting.
+        On what none of the training images resembles the classifiers differ: such patches are no sure sighting. What
+        is below UNLIKELY for the first one the others are not asked about.
         """
-        first = self.classifiers[0]  # all are trained on one sample of patches, so they standardise alike
-        alike = all((one.mean == first.mean).all() and (one.spread == first.spread).all() for one in self.classifiers)
-        if alike:
-            values = standardised(features, first.mean, first.spread)
-            each = np.array([one.of_standardised(values) for one in self.classifiers])
-        else:
-            each = np.array([one.log_odds(features) for one in self.classifiers])
-        return np.asarray(each.mean(axis=0) - each.std(axis=0), dtype=np.float32)
+        log_odds = self.classifiers[0].log_odds(features)
+        asked = np.flatnonzero(log_odds > UNLIKELY)
+        each = np.array([log_odds[asked], *(one.log_odds(features[asked]) for one in self.classifiers[1:])])
+        log_odds[asked] = each.mean(axis=0) - each.std(axis=0)
+        return log_odds
 
     def to_bytes(self) -> bytes:
         """Return the trained ball as an npz file; ``from_bytes`` takes it up again, exact to the last bit."""
