@@ -157,9 +157,9 @@ def test_a_picture_places_what_keeps_its_shape_to_a_tenth_of_a_pixel():
 
 @pytest.fixture(scope="module")
 def film(tmp_path_factory):
-    """Half a second of rest, then the first second of the swing, in portrait."""
+    """The swing from 1 m, in a small image."""
     folder = tmp_path_factory.mktemp("film")
-    shoot = Shoot(width_px=360, height_px=640, focal_px=500.0, away_m=1.0, rate_hz=30.0)
+    shoot = Shoot(width_px=560, height_px=640, focal_px=500.0, away_m=1.0, rate_hz=30.0)
     made = filmed(person(), shoot, 10000)
     write_film(folder / "swing.mp4", made, shoot.rate_hz)
     write_boxes(folder / "swing-boxes", "swing", made, 10000)
@@ -168,7 +168,7 @@ def film(tmp_path_factory):
 
 @pytest.mark.slow
 def test_a_rendered_film_becomes_its_swing(film):
-    """Here 1 px is 2 mm; the part of the tracker is real."""
+    """Here 1 px is 2 mm; boxes are off by a pixel."""
     (hand,) = open_demonstrators(settings(film, string_m=0.4, tie_m=TIE_M))
     assert 1e3 * error_m(hand._recording) < 4.0
 
