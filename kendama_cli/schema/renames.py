@@ -59,7 +59,6 @@ play: longest_try_s max_attempt_s, most_players max_players, most_tries max_atte
 play.ease: least_gravity_share min_gravity_fraction, most_cup_scale max_cup_scale
 play.reach: aside_m lateral_m
 predict: seen_fractions observed_fractions
-predict.detector: gives output
 predict.onset: pull_m_s2 min_tension_m_s2
 rehearse: most_behind_rad max_tracking_error_rad, most_apart_rad max_twin_deviation_rad
 robot: held_joints locked_joints
