@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib.resources import files
@@ -72,7 +73,8 @@ def record_brightness(site: Site, overrides: Sequence[str], output: Path, second
     rows.writerow(("t_s", "brightness"))
     rows.writerows((f"{t_s:.6f}", f"{level:.3f}") for t_s, level in zip(seen.stamp_s, seen.level, strict=True))
     write_output(output, text.getvalue().encode())
-    render.text(f"{output}: {count_of(len(seen.level), 'image')}; then 'kendama camera latency {output} blinks.csv'")
+    words = shlex.join(["kendama", "camera", "latency", str(output), "blinks.csv"])
+    render.text(f"{output}: {count_of(len(seen.level), 'image')}; next: {words}")
 
 
 def measure_latency(

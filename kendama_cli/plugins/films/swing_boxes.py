@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 from kendama_cli.errors import InputError
@@ -18,7 +19,7 @@ def box_files(path: Path) -> list[Path]:
     """Return the files of a video's boxes; raises InputError where there are none of ball or cup."""
     for thing, folder in swing_boxes(path).items():
         if not (folder / "labels").is_dir():
-            remedy = f"draw them: kendama camera train {path} --cup"
+            remedy = f"draw them: kendama camera train {shlex.quote(str(path))} --cup"
             raise InputError(str(path), f"no boxes show its {thing}: there is no {folder / 'labels'}", remedy=remedy)
     return [
         file

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -81,7 +82,7 @@ def swings(
             raise InputError(
                 str(path),
                 f"its {thing} is seen in {len(seen.frames)} of {len(t_s)} images; at least {MIN_SAMPLES} are needed",
-                remedy=f"draw more boxes: kendama camera train {path} --cup",
+                remedy=f"draw more boxes: kendama camera train {shlex.quote(str(path))} --cup",
             )
     plane, cup = _plane(path, t_s, tracks, settings), tracks["cup"]
     u, v = plane.down

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import shlex
 import stat
 import struct
 from hashlib import blake2s
@@ -104,7 +105,7 @@ def read_key(path: str) -> bytes:
             facts = os.fstat(stream.fileno())
             text = stream.read(_MAX_BYTES)
     except OSError as error:
-        remedy = f"make one with 'kendama robot key {path}' and give the robot the same"
+        remedy = f"give the robot the key that this makes: kendama robot key {shlex.quote(path)}"
         raise InputError(str(file), f"the key cannot be read: {error.strerror}", remedy=remedy) from None
     if os.name == "posix" and stat.S_IMODE(facts.st_mode) & 0o077:
         mode = f"{stat.S_IMODE(facts.st_mode):04o}"
