@@ -41,7 +41,7 @@ _MADE: dict[str, str | None] = {
     r"scratch/[0-9a-f]{32}\.pack": None,
     r"inputs/[0-9a-f]{32}": r"[0-9a-f]{16}",
     r"slurm/[0-9a-f]{16}": _ANY,
-    rf"index/(files|latest/[^/]+/{_S}|(compose|unchanged)/[0-9a-f]{{32}})\.json": None,
+    rf"index/(files|latest/[^/]+/{_S}|(composed?|unchanged)/[0-9a-f]{{32}})\.json": None,
     rf"(([^/]+/){{1,3}}){UNFINISHED.pattern}": _ANY,
 }
 """Patterns of names below a home, and of a folder those of the names directly in it; None stands for a file."""

@@ -11,6 +11,7 @@ from PIL import Image, ImageDraw
 from tests.log.made_logs import FieldLog
 from tests.report.synthetic_swing import (
     GAME,
+    SERVO,
     WRENCH,
     played_swing,
     replay_message,
@@ -63,6 +64,7 @@ def exchange_at(t_s: float) -> dict[str, Any]:
 def write_transfer(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
     write_rollouts(log, "/transfer/rollout", rng, 25)
     write_rollouts(log, "/transfer/scratch/rollout", rng, 40)
+    log.write("/transfer/servo", 0.0, SERVO)
     t = np.arange(0, 2.5, 0.01)
     cup, ball = played_swing(t)
     for number in range(2):

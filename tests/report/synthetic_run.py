@@ -16,6 +16,7 @@ from tests.report.synthetic_rehearsal import write_rehearsal
 from tests.report.synthetic_robot import exchange_at, write_prediction, write_transfer
 from tests.report.synthetic_swing import (
     GAME,
+    SERVO,
     WRENCH,
     played_swing,
     replay_message,
@@ -132,6 +133,7 @@ def _identify(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, Any], 
         joints = {"names": names, "position_rad": [0.1, 0.2], "velocity_rad_s": [0.0, 0.0], "effort_nm": [1.0, 2.0]}
         log.write("/identify/joints", time, joints)
         log.write("/identify/wrench", time, WRENCH)
+    log.write("/identify/servo", 0.0, SERVO)
     circle = 0.15 * np.column_stack([np.sin(2 * t), 1 - np.cos(2 * t)])
     write_frames(log, "/identify/tracking/reference", "cup", t, circle)
     write_frames(log, "/identify/tracking/before", "cup", t, circle + 4e-3 * np.sign(np.cos(2 * t))[:, None])

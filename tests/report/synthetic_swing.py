@@ -69,6 +69,8 @@ def write_arm(log: FieldLog, scene: str, under: str, t: np.ndarray, points: np.n
 CORNERS = ((0.05, 0.0, 0.0), (-0.03, 0.04, 0.0), (-0.03, -0.04, 0.0), (0.0, 0.0, 0.07))
 """Of a made-up cup: what is drawn is what was logged."""
 
+SERVO = {"joints": ["shoulder"], "dead_time_s": 0.004, "lag_s": [0.1], "lag_sigma_s": [0.001]}
+SERVO |= {"sag_rad_nm": [5e-4], "offset_rad": [1e-3]}
 WRENCH = {f"{kind}_{axis}_{unit}": 0.5 for kind, unit in (("force", "n"), ("torque", "nm")) for axis in "xyz"}
 
 

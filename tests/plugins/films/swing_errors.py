@@ -143,6 +143,7 @@ def fill(table: Path, columns: tuple[str, ...], wanted: list[tuple[str, int]], m
 def main() -> None:
     """Fill both tables, and print the rates of catches."""
     folder, minutes, catches = Path(sys.argv[1]), *(float(one) for one in [*sys.argv[2:], 600, 0][:2])
+    folder.mkdir(parents=True, exist_ok=True)
     end_s = time.monotonic() + 60 * minutes
     rows = [(name, number) for number in SWINGS for name in (*FILMS, *ALSO)]
     fill(

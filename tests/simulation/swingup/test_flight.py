@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import pytest
@@ -78,8 +77,3 @@ def test_chance_solves_the_easy_task_and_not_the_hard_one() -> None:
     """Another 400 harmonics on hard: 1 succeeded; ten or more of 400 come at that rate less than once in a million."""
     assert random_success_rate(learn_settings("easy"), GAME) > 0.05
     assert random_success_rate(HARD, GAME) < 10 / 400
-
-
-def test_what_chance_reaches_is_told_of_a_rope_without_mass_where_the_arm_plays_with_a_chain() -> None:
-    heavy = dataclasses.replace(GAME, rope=dataclasses.replace(GAME.rope, mass_kg=5e-4))
-    assert random_success_rate(HARD, heavy) == random_success_rate(HARD, GAME)

@@ -42,7 +42,9 @@ def test_what_is_no_key_is_refused(tmp_path: Path, text: str) -> None:
 
 
 def test_a_key_that_is_not_there_says_how_to_make_one(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="the key cannot be read: No such file or directory; give the robot the key that"):
+    with pytest.raises(
+        InputError, match="the key cannot be read: No such file or directory; give the robot the key that"
+    ):
         read_key(str(tmp_path / "none"))
 
 
