@@ -55,9 +55,9 @@ class StageDeclaration:
     that a person must act for, ``moves = True`` on those of hardware that may be real. Where no settings say so it
     computes: a demonstrator that reads files, or a simulated twin.
 
-    ``brief`` tells a result in a few words, with its metrics in braces as ``str.format`` takes them. Of several lines
-    the first is shown whose metrics the run has. ``again`` says the same way what a later run may take from this one,
-    which is ``{run}``, and its ``{stage}``.
+    ``brief`` tells a result in a few words, with its metrics in braces as ``str.format`` takes them, or as
+    ``{n:swing}`` with what they count. Of several lines the first is shown whose metrics the run has. ``again`` says
+    the same way what a later run may take from this one, which is ``{run}``, and its ``{stage}``.
     ``metrics``, ``topic_words`` and ``figures`` say in a sentence each what a metric, a topic and a figure of the
     report (by the name that ``drawing`` is given) is, and what is good. ``kendama explain``, the report and the pages
     print them. A ``*`` in a name stands for a joint or a camera.

@@ -69,6 +69,14 @@ def test_a_result_is_told_in_the_words_of_its_declaration_where_it_has_their_met
     assert told("strangers", a=1, b=2, c=3) == "a 1, b 2"
 
 
+def test_a_count_of_one_has_no_plural() -> None:
+    def brief(n: int) -> str:
+        outcome = {"n_demonstrations": n, "duration_s": 2.6}
+        return briefly(StageOutcome("capture", "capture", "key", "ran", 1.0, None, outcome, None))
+
+    assert [brief(1), brief(12)] == ["1 swing of 2.6 s", "12 swings of 2.6 s"]
+
+
 def test_every_stage_has_few_words_for_its_result() -> None:
     for one in map(find_stage, stage_names()):
         assert one is not None

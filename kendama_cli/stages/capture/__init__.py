@@ -18,7 +18,7 @@ STAGE = StageDeclaration(
     chapter="kendama_cli.stages.capture.chapter:capture_figures",
     replay="kendama_cli.stages.capture.chapter:replay",
     episodes="kendama_cli.stages.capture.episodes:episodes",
-    brief="swings of {duration_s:.1f} s: {n_demonstrations}",
+    brief="{n_demonstrations:swing} of {duration_s:.1f} s",
     metrics={
         "n_demonstrations": "Number of swings that were recorded.",
         "sample_rate_hz": "Median sample rate of the recordings; 50 Hz and more resolves a swing.",

@@ -23,7 +23,7 @@ STAGE = StageDeclaration(
         Headline("success_rate_after", "of swing-ups succeed on {robot}"),
         Headline("caught_rate", "of full games caught on {robot}"),
     ),
-    brief="games: {caught_rate:.0%} of {games} caught (≥ {caught_rate_low:.2f})\n{imitation}",
+    brief="{caught_rate:.0%} of {games:game} caught (≥ {caught_rate_low:.2f})\n{imitation}",
     again="the arm {servo}; a later run leads by that from its first rollout on with transfer.servo={run}/{stage}",
     capped={"rollouts": "learned", "rollouts_from_scratch": "learned_from_scratch", "rollouts_to_solved": "solved"},
     metrics={
