@@ -12,7 +12,6 @@ from textwrap import indent
 from typing import TYPE_CHECKING, Any, Literal
 
 from kendama_cli.cli.fitted import hanging, table_lines, terminal_columns, wrapped
-from kendama_cli.schema.units import count_of
 
 if TYPE_CHECKING:  # a run with nothing to do prints without planning
     from kendama_cli.pipeline.plan import StagePlan
@@ -145,6 +144,7 @@ def declared_words(stage: str, which: Literal["brief", "again"], values: Mapping
     """Return the first line of these words in the declaration of ``stage`` whose ``values`` are there, with them."""
     from kendama_cli.errors import KendamaError  # noqa: PLC0415 - a run with nothing to do prints without it
     from kendama_cli.schema.declaration import find_stage  # noqa: PLC0415 - the same
+    from kendama_cli.schema.units import Counted  # noqa: PLC0415 - the same
 
     try:
         declaration = find_stage(stage)
@@ -152,16 +152,9 @@ def declared_words(stage: str, which: Literal["brief", "again"], values: Mapping
         return None
     for line in () if declaration is None else getattr(declaration, which).splitlines():
         with contextlib.suppress(LookupError, TypeError, ValueError):  # a metric that this run does not have
-            counted = {name: _Counted(one) if type(one) is int else one for name, one in values.items()}
+            counted = {name: Counted(one) if type(one) is int else one for name, one in values.items()}
             return str(line.format_map(counted))
     return None
-
-
-class _Counted(int):
-    """A count that ``{n:swing}`` shows with what it counts: ``1 swing``, ``2 swings``."""
-
-    def __format__(self, spec: str) -> str:
-        return count_of(self, spec) if len(spec) > 1 and spec.isalpha() else int.__format__(self, spec)
 
 
 COLOURS = {"ran": "32", "cached": "2", "failed": "31", "warns": "33"}

@@ -29,6 +29,13 @@ def count_of(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
+class Counted(int):
+    """A number that ``{n:swing}`` shows with what it counts: ``1 swing``, ``2 swings``."""
+
+    def __format__(self, spec: str) -> str:
+        return count_of(self, spec) if len(spec) > 1 and spec.isalpha() else int.__format__(self, spec)
+
+
 def length_unit(word: str) -> LengthUnit | None:
     """Return the unit of length that ``word`` means, such as ``[mm]`` or ``Millimeters``; None for any other."""
     plain = _plain(word)
