@@ -47,7 +47,7 @@ FILMS = {
     "10 degrees beside": Shoot(yaw_deg=10.0),
     "20 degrees beside": Shoot(yaw_deg=20.0),
     "4 m": Shoot(away_m=4.0),
-    "60 images a second": Shoot(rate_hz=60.0),
+    "30 images a second": Shoot(rate_hz=30.0),
     "phone leans by 10 degrees": Shoot(roll_deg=10.0),
     "in a hand, 3 px": Shoot(shake_px=3.0),
 }
