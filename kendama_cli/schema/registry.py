@@ -159,7 +159,9 @@ def resolve(target: str, what: str) -> Any:
         raise
     except ModuleNotFoundError as error:
         raise MissingPartError(
-            target, f"{what} needs module '{error.name}', which is not installed ({target})"
+            target,
+            f"{what} needs module '{error.name}', which is not installed ({target}); "
+            "'kendama doctor' says what brings it",
         ) from error
     except Exception as error:  # of a library in a version that does not fit, or of a part that is broken
         raise MissingPartError(

@@ -81,7 +81,8 @@ def test_a_broken_package_is_told_where_it_is_used_and_stops_no_help(
     assert main(["worn", "out", "--fast"]) == 2
     told = capfd.readouterr().err
     assert told == (
-        "kendama: command 'worn' needs module 'bench_nowhere', which is not installed (bench_nowhere:app)\n"
+        "kendama: command 'worn' needs module 'bench_nowhere', which is not installed (bench_nowhere:app); "
+        "'kendama doctor' says what brings it\n"
     )
 
 

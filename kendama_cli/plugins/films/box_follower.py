@@ -18,11 +18,11 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.detection.interface import Image, SearchHint, Sighting
 
 DETECTOR = TrainedDetectorSettings("trained", "", 1, 0.25, 6)
-"""As shipped in conf/predict/detector/trained.yaml."""
+"""Settings as in conf/predict/detector/trained.yaml, which a test holds equal."""
 REACH_RADII = 2.0
 """With twice the radius the detector searches eight radii about the last place."""
 LOST_EVERY = 3
-"""What is lost is searched in the whole of every third image."""
+"""Every third image is searched whole for an object that was lost."""
 MARGIN = 1.15
 """A picture shows a box with some of its surroundings."""
 PLACED_RADII = 0.8

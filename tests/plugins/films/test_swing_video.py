@@ -15,13 +15,15 @@ from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
-from kendama_cli.plugins.films.box_follower import BoxTrack, Placer
+from kendama_cli.plugins.films.box_follower import DETECTOR, BoxTrack, Placer
+from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.swing_boxes import box_files
 from kendama_cli.plugins.films.swing_settings import SwingVideoCapture
 from kendama_cli.plugins.films.swing_video import swings
 from kendama_cli.schema.settings import build
 from tests.cli.typed import refused
 from tests.plugins.films.swing_film import Shoot, camera, filmed, person_swing, write_boxes, write_film
+from tests.shipped_conf import plain
 from tests.vision.scenes import game
 
 CONF = Path(__file__).parents[3] / "conf/capture/video.yaml"
@@ -193,3 +195,8 @@ def filmed_still(path):
     writer.release()
     assert VideoFile(path).count() == 30
     return path
+
+
+def test_the_follower_detects_as_the_shipped_detector() -> None:
+    shipped = {**plain("predict/detector", "trained"), "ball": ""}
+    assert build(TrainedDetectorSettings, shipped, "detector") == DETECTOR

@@ -30,7 +30,7 @@ ALLOWED = {
 }
 """What a body may be asked for: factors, degrees, seconds."""
 CUP = 0.5, 4.0
-"""What may be asked for of a cup: factors on its radius."""
+"""Factors on the cup's radius that may be asked for."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ ACTIONS = accelerations(12, 40, 10810)
 
 
 def told(environment, options):
-    """What an agent sees and gets in twelve rollouts of harmonics."""
+    """Observations and rewards of twelve rollouts of harmonics."""
     seen = []
     for i in range(ACTIONS.shape[1]):
         observation, _ = environment.reset(seed=10820 + i, options=options)
