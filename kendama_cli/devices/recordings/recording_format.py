@@ -17,7 +17,6 @@ HEAD_BYTES = 4096
 C3D_BLOCK_BYTES = 512
 C3D_KEY = 0x50
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
-SPREADSHEETS = (".xlsx", ".xlsm", ".xls", ".ods")
 VICON_PARTS = ("Trajectories", "Devices", "Segments", "Joints", "Model Outputs")
 STREAM_HEADER = "t_s,x_m,y_m,z_m,qw,qx,qy,qz"
 
@@ -58,6 +57,21 @@ MOTIVE = RecordingFormat("a Motive CSV", lambda head: _text(head).startswith("Fo
 STREAM = RecordingFormat("a stream that was kept", lambda head: f"\n{STREAM_HEADER}\n" in f"\n{_text(head)}")
 TABLE = RecordingFormat("a table of text", lambda head: True)
 
+_EXPORT = "export it as CSV from the program that made it"
+FOREIGN: tuple[tuple[str, tuple[bytes, ...], tuple[str, ...], str], ...] = (
+    ("a spreadsheet", (b"\xd0\xcf\x11\xe0",), (".xlsx", ".xlsm", ".xls", ".ods"), "save it as CSV in its program"),
+    ("compressed", (b"\x1f\x8b", b"BZh", b"\xfd7zXZ", b"(\xb5/\xfd", b"7z\xbc\xaf"), (".zip",), "unpack it"),
+    ("a file of MATLAB", (b"MATLAB ",), (".mat",), "write a table of it there, by writematrix or writetable"),
+    ("an array of NumPy", (b"\x93NUMPY",), (), "write its columns by numpy.savetxt or by name with numpy.savez"),
+    ("an HDF5 file", (b"\x89HDF",), (".h5", ".hdf5"), "write its columns as CSV, by pandas for instance"),
+    ("a Python pickle", tuple(b"\x80%c" % one for one in range(2, 6)), (".pkl", ".pickle"), "write its columns as CSV"),
+    ("JSON", (b"{", b"[{", b"[[", b"[\n"), (), "write its columns as CSV, by pandas for instance"),
+    ("a log of PX4", (b"ULog",), (".ulg",), "make CSV of it by ulog2csv"),
+    ("a picture", (b"\x89PNG", b"\xff\xd8\xff"), (), _EXPORT),
+    ("a video", (b"\x1aE\xdf\xa3",), (".mp4", ".mov", ".avi", ".mkv", ".webm"), "type: kendama explain capture"),
+)
+"""What is often at hand and no reader reads: its name, how it begins, usual endings of its binary forms, what to do."""
+
 FORMATS = (MCAP, BAG, C3D, PARQUET, NPZ, BVH, QUALISYS, TRC, VICON, MOTIVE, STREAM, TABLE)
 """In the order in which they are tried; what is none of the others is a table."""
 
@@ -85,9 +99,10 @@ def format_of(path: Path, *, remedy: str, folder_remedy: str | None = None) -> R
         raise InputError(name, f"cannot be read ({wrong.strerror})", remedy=remedy) from None
     if not head.strip():
         raise InputError(name, "is empty, no row", remedy=f"export or record it again, or {remedy}")
-    if path.suffix.lower() in SPREADSHEETS:
-        saved = layout_command(str(path.with_suffix(".csv")))
-        raise InputError(name, "is a spreadsheet", remedy=f"save it as CSV in its program; then type: {saved}")
+    ending = path.suffix.lower() if head.startswith(b"PK") or b"\0" in head else ""  # text is a table by any name
+    for what, begins, endings, advice in FOREIGN:
+        if head.startswith(begins) or ending in endings:
+            raise InputError(name, f"is {what}, which is not read", remedy=advice)
     begun = next(one for one in FORMATS if one.begins(head))
     return begun if begun is not TABLE else next((one for one in FORMATS if path.suffix.lower() in one.endings), TABLE)
 

@@ -228,4 +228,4 @@ def test_a_column_that_ends_early_is_read_up_to_there(tmp_path):
 def test_a_spreadsheet_is_to_be_saved_as_csv(tmp_path):
     file = tmp_path / "a.xlsx"
     file.write_bytes(b"PK\x03\x04" + bytes(60))
-    assert "save it as CSV in its program; then type: kendama capture layout" in refusal(file)
+    assert "is a spreadsheet, which is not read; save it as CSV in its program" in refusal(file)

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+import gzip
+import json
+import lzma
+import pickle
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import cv2
+import numpy as np
 import pytest
+import scipy.io
 
 from kendama_cli.devices.recordings import recording_format as known
 from kendama_cli.devices.recordings.recording_format import FORMATS, RecordingFormat, format_of
@@ -40,6 +50,36 @@ def test_a_damaged_file_is_what_its_ending_says(tmp_path: Path, ending: str, for
     path.write_bytes(b"damaged")
     assert format_of(path, remedy="") is form
     assert format_of(path.rename(tmp_path / "a.csv"), remedy="") is known.TABLE
+
+
+FOREIGN: dict[str, tuple[Callable[[Path], Any], str]] = {
+    "a.npy": (lambda path: np.save(path, np.eye(4)), "is an array of NumPy, which is not read; write its columns"),
+    "a.mat": (lambda path: scipy.io.savemat(path, {"p": np.eye(4)}), "is a file of MATLAB"),
+    "a.csv.gz": (lambda path: path.write_bytes(gzip.compress(b"t_s,x_m\n0,1\n")), "is compressed"),
+    "a.csv.xz": (lambda path: path.write_bytes(lzma.compress(b"t_s,x_m\n0,1\n")), "is compressed"),
+    "a.zip": (lambda path: zipfile.ZipFile(path, "w").writestr("a.csv", "t_s,x_m\n0,1\n"), "is compressed"),
+    "a.json": (lambda path: path.write_text(json.dumps({"x_m": [1.0]})), "is JSON"),
+    "a.jsonl": (lambda path: path.write_text(json.dumps({"x_m": 1.0})), "is JSON"),
+    "a.pkl": (lambda path: path.write_bytes(pickle.dumps([1.0])), "is a Python pickle"),
+    "a.png": (lambda path: cv2.imwrite(str(path), np.zeros((9, 9), np.uint8)), "is a picture"),
+    "a.h5": (lambda path: path.write_bytes(b"\x89HDF\r\n\x1a\n\0\0"), "is an HDF5 file"),
+}
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_a_file_of_another_program_is_named_whatever_its_ending(tmp_path: Path, name: str) -> None:
+    write, told = FOREIGN[name]
+    write(tmp_path / name)
+    with pytest.raises(InputError, match=told):
+        format_of(tmp_path / name, remedy="")
+    if name != "a.zip":  # begins as an npz does
+        with pytest.raises(InputError, match=told):
+            format_of((tmp_path / name).rename(tmp_path / "a.txt"), remedy="")
+
+
+def test_a_table_of_text_may_end_as_a_file_of_matlab(tmp_path: Path) -> None:
+    (tmp_path / "a.mat").write_text("0.0 0.1 0.2\n")  # MATLAB's save -ascii
+    assert format_of(tmp_path / "a.mat", remedy="") is known.TABLE
 
 
 def test_a_folder_is_a_ros_2_bag_or_refused(tmp_path: Path) -> None:

@@ -110,7 +110,8 @@ class Table:
         values = self.values[:, column]
         if not np.isfinite(values).all():
             return times(self.cells(column)) is not None
-        steps = np.diff(values)
+        if not (steps := np.diff(values)).size:
+            return False
         usual = float(np.median(steps))
         return bool((steps >= 0).all()) and values[-1] > values[0] and bool((steps <= 20 * usual).mean() > 0.9)
 
