@@ -3,7 +3,7 @@
 ``python -m tests.benchmarks.menagerie_games CHECKOUT FOLDER perform|kendama [DRAWS [FIRST [ARM,...]]]`` places each arm
 and adapts the swing as that pipeline has them (tests.benchmarks.menagerie), and plays one transfer a draw. With
 ``kendama`` a draw also learns a table of its own from nothing (rail), of which it plays one game: the arm itself
-teaches it a single rollout.
+teaches it a single rollout. ARM+unled is its baseline, whose commands do not lead by the servo.
 """
 
 from __future__ import annotations
@@ -12,9 +12,12 @@ import dataclasses
 import os
 import sys
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, cast
+from unittest import mock
 
+from kendama_cli.devices.robot.leading import LeadingRobot
 from kendama_cli.plugins.mujoco.robot import MujocoRobot
 from kendama_cli.stages.learn.stage import Learn
 from tests.benchmarks.imitation import Imitation, Row, drawn, measure
@@ -32,7 +35,8 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     os.chdir(folder)  # where the placed arms name their URDF
 
-    def player(arm: str) -> Callable[[int], Row]:
+    def player(name: str) -> Callable[[int], Row]:
+        arm, _, unled = name.partition("+")
         model = placed(checkout, folder, arm, pipeline)
         words = [f"robot={arm}", "hardware=mujoco", f"hardware.model={model}", "simulation/engine=rail"]
         words += [f"transfer.{key}=1" for key in ("games", "evaluation_rollouts", "max_rollouts")]
@@ -45,7 +49,8 @@ def main() -> None:
             robot = MujocoRobot(imitation.robot, settings["game"], hardware)
             learn = Learn(learn=settings["learn"], game=settings["game"])
             table = learn.run({}, cast("Any", MemoryContext(seed))).artifact if pipeline == "kendama" else None
-            return imitation.play(arm, seed, hardware, robot, table)
+            with mock.patch.object(LeadingRobot, "lead") if unled else nullcontext():
+                return imitation.play(name, seed, hardware, robot, table)
 
         return played
 

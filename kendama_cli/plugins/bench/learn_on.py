@@ -55,7 +55,7 @@ def learn_on(
     ConfigError
         If a value does not fit, or the spaces are not Box or Discrete.
     StageError
-        If the environment cannot be made.
+        If the environment cannot be made, or gives what is no finite number.
     """
     chosen = [f"bench.learner={learner}", *overrides]
     if isinstance(environment, str):

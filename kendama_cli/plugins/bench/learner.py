@@ -14,6 +14,7 @@ import gymnasium
 import numpy as np
 from numpy.random import Generator
 
+from kendama_cli.errors import StageError
 from kendama_cli.learning.decision import greedy_column
 from kendama_cli.plugins.bench.artifact import TilePolicy
 from kendama_cli.plugins.bench.harmonics import Harmonics
@@ -33,6 +34,12 @@ class Episode:
     explored: bool
     total_reward: float
     steps: int
+
+
+def _finite(what: str, values: Numbers, when: str) -> Numbers:
+    if not np.isfinite(values).all():
+        raise StageError(f"the environment's {what} is {values} {when}; a table learns of finite numbers alone")
+    return values
 
 
 class TabularLearner:
@@ -70,16 +77,25 @@ class TabularLearner:
 
     def _played(self, choose: Any, seed: int) -> tuple[float, list[Numbers]]:
         """Play an episode; return its reward and all observations (m, n)."""
-        observation, _ = self._environment.reset(seed=seed)
-        seen, total = [flat(observation)], 0.0
+        seen, total = [self._reset(seed)], 0.0
         for k in range(self._limit):
             action = self._levels.action(choose(k, seen[-1]))
-            observation, reward, terminated, truncated, _ = self._environment.step(action)
-            seen.append(flat(observation))
-            total += float(reward)
-            if terminated or truncated:
+            numbers, reward, _, ended = self._stepped(action)
+            seen.append(numbers)
+            total += reward
+            if ended:
                 break
         return total, seen
+
+    def _reset(self, seed: int) -> Numbers:
+        return _finite("observation", flat(self._environment.reset(seed=seed)[0]), "after a reset")
+
+    def _stepped(self, action: Any) -> tuple[Numbers, float, bool, bool]:
+        """Return observation and reward after ``action``, True at a true end, and True at any end."""
+        observation, reward, terminated, truncated, _ = self._environment.step(action)
+        after = f"after the action {action}"
+        total = float(_finite("reward", np.array(float(reward)), after))
+        return _finite("observation", flat(observation), after), total, terminated, terminated or truncated
 
     def episode(self) -> Episode:
         """Play one episode and learn from it."""
@@ -119,21 +135,21 @@ class TabularLearner:
                 return int(rng.integers(self._levels.n))
             return greedy_column(values.tolist(), previous)
 
-        observation, _ = self._environment.reset(seed=self._seed())
+        numbers = self._reset(self._seed())
         table.begin()
-        rows = self._tiling.rows(flat(observation), grow=True)
+        rows = self._tiling.rows(numbers, grow=True)
         column, total = choice(0, table.values(rows)), 0.0
         for k in range(self._limit):
             previous = column
-            observation, reward, terminated, truncated, _ = self._environment.step(self._levels.action(column))
-            total += float(reward)
-            following_rows = self._tiling.rows(flat(observation), grow=True)
+            numbers, reward, terminated, ended = self._stepped(self._levels.action(column))
+            total += reward
+            following_rows = self._tiling.rows(numbers, grow=True)
             values = table.values(following_rows)
             following = choice(k + 1, values)
             # where time ends it, the state there still has its value: only a true end has none
-            table.update(rows, column, float(reward), None if terminated else (values, following), alpha)
+            table.update(rows, column, reward, None if terminated else (values, following), alpha)
             rows, column = following_rows, following
-            if terminated or truncated:
+            if ended:
                 break
         return total, k + 1
 

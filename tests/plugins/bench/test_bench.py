@@ -113,6 +113,16 @@ def test_bounds_are_those_of_the_space_or_else_of_what_was_seen():
     assert high.tolist() == pytest.approx([1.0, 2.2, 21.0])
 
 
+@pytest.mark.parametrize(("what", "position", "reward"), [("reward", 0.5, np.nan), ("observation", np.inf, 1.0)])
+def test_what_an_environment_gives_that_is_no_number_is_told(what: str, position: float, reward: float) -> None:
+    class Broken(Homing):
+        def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+            return np.array([position]), reward, False, False, {}
+
+    with pytest.raises(StageError, match=f"the environment's {what} is"):
+        learn_on(Broken(), overrides=SHORT)
+
+
 @pytest.mark.parametrize("space", [spaces.MultiBinary(3), spaces.Box(-np.inf, np.inf, (1,))])
 def test_actions_without_levels_are_refused(space):
     with pytest.raises(ConfigError, match=r"its actions are .*; allowed: Discrete, or a Box with bounds"):
