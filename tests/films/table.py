@@ -12,11 +12,13 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
 from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
-from kendama_cli.plugins.films.ball_film import film_track
+from kendama_cli.plugins.films.ball_film import FilmTrack, film_track
 from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
-from kendama_cli.plugins.films.training import teach
+from kendama_cli.plugins.films.training import TrainedBall, teach
 from tests.films.corpus import CorpusFilm, Label, Places, films, roundest_moving_blob, share_right, trained_apart
 from tests.films.corpus import template_matching as matched
 from tests.shipped_conf import plain
@@ -24,8 +26,8 @@ from tests.shipped_conf import plain
 RATE_HZ, ANOTHER = 30.0, "whiteboard"
 
 
-def searched(film: CorpusFilm, others: list[CorpusFilm]) -> Iterator[tuple[str, Places, list[Label]]]:
-    """Yield each detector's name, its places in the film, and the labels that it was not taught by."""
+def taught_by(film: CorpusFilm, others: list[CorpusFilm]) -> tuple[list[np.ndarray], list[TrainedImage], list[Label]]:
+    """The film's images, those with boxes that teach its ball, and the labels that it was not taught by."""
     images = film.frames()
     shown, held_out = trained_apart(film.labels)
     source = images
@@ -35,20 +37,35 @@ def searched(film: CorpusFilm, others: list[CorpusFilm]) -> Iterator[tuple[str, 
     boxes: dict[int, list[BallBox]] = {}
     for one in shown:
         boxes.setdefault(one.frame, []).append(BallBox(one.x_px, one.y_px, 2 * one.radius_px, 2 * one.radius_px))
+    return images, [TrainedImage(source[frame], tuple(own)) for frame, own in boxes.items()], held_out
+
+
+def tracked(name: str, images: list[np.ndarray], ball: TrainedBall, colours_of: list[TrainedImage]) -> FilmTrack:
+    """Track the ball as ``camera track`` does."""
     settings = TrainedDetectorSettings(**plain("predict/detector", "trained"))
-    taught = [TrainedImage(source[frame], tuple(own)) for frame, own in boxes.items()]
+    return film_track(
+        name,
+        lambda: ((k / RATE_HZ, image) for k, image in enumerate(images)),
+        TrainedDetector(settings, ball),
+        settings.score_min,
+        colours_of,
+    )
+
+
+def places(track: FilmTrack) -> Places:
+    """The ball's place in each frame of the track."""
+    pairs = zip(track.frame, track.centre_px, strict=True)
+    return {int(frame): (float(u), float(v)) for frame, (u, v) in pairs}
+
+
+def searched(film: CorpusFilm, others: list[CorpusFilm]) -> Iterator[tuple[str, Places, list[Label]]]:
+    """Yield each detector's name, its places in the film, and the labels that it was not taught by."""
+    images, taught, held_out = taught_by(film, others)
     ball = teach(taught, 0)
     for name, colours_of in (("trained", taught), ("trained, not placed", [])):
-        track = film_track(
-            film.name,
-            lambda: ((k / RATE_HZ, image) for k, image in enumerate(images)),
-            TrainedDetector(settings, ball),
-            settings.score_min,
-            colours_of,
-        )
-        pairs = zip(track.frame, track.centre_px, strict=True)
-        yield name, {int(frame): (float(u), float(v)) for frame, (u, v) in pairs}, held_out
-    if source is images:
+        yield name, places(tracked(film.name, images, ball, colours_of)), held_out
+    shown, _ = trained_apart(film.labels)
+    if shown:
         yield "template", matched(images, shown[len(shown) // 2]), held_out
     yield "moving blob", roundest_moving_blob(images), held_out
 

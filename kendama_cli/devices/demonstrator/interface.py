@@ -50,7 +50,7 @@ class Demonstrator(Protocol):
 def open_demonstrators(settings: CaptureSettings, tell: Tell = silent) -> Sequence[Demonstrator]:
     """Open one device per demonstration, in order; raises InputError or MissingPartError if there is none.
 
-    ``tell`` receives the progress of a stream while it is recorded, of demonstrators whose settings say ``streams``.
+    ``tell`` receives the progress of demonstrators whose settings say ``streams``: a stream is recorded, a video read.
     """
     make = DEMONSTRATORS.maker(settings.kind)
     return tuple(make(settings, tell) if getattr(settings, "streams", False) else make(settings))

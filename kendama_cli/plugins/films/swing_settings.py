@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 from kendama_cli.devices.demonstrator.settings import PlausibleSettings
 from kendama_cli.errors import ConfigError
@@ -14,6 +14,8 @@ from kendama_cli.schema.settings import setting
 class SwingVideoCapture:
     """Videos of a swing from the side, with boxes about ball and cup (``kendama camera train VIDEO --cup``)."""
 
+    streams: ClassVar[bool] = True
+    """Its progress is told: the images that were read."""
     plausible: PlausibleSettings
     kind: Literal["video"] = setting("The demonstrations are videos that show ball, cup and string from the side.")
     path: str | tuple[str, ...] | None = setting(

@@ -14,6 +14,7 @@ from kendama_cli.devices.camera.video import VideoFile, shown_otherwise, video_f
 from kendama_cli.devices.demonstrator.file import RecordedDemonstrator, hands_of
 from kendama_cli.devices.demonstrator.recording import MIN_SAMPLES, Recording
 from kendama_cli.devices.demonstrator.segments import checked_swings
+from kendama_cli.devices.streams.live_figures import Tell, silent
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES
 from kendama_cli.plugins.films.box_follower import BoxFollower, BoxTrack
@@ -33,29 +34,35 @@ UNSEEN = (
 )
 
 
-def open_swing_videos(settings: SwingVideoCapture) -> Sequence[RecordedDemonstrator]:
-    """Open a demonstrator for every swing in the videos; raises InputError where ball or cup cannot be followed."""
+def open_swing_videos(settings: SwingVideoCapture, tell: Tell = silent) -> Sequence[RecordedDemonstrator]:
+    """Open a demonstrator for every swing in the videos; ``tell`` receives the images that were read of each.
+
+    Raises InputError where ball or cup cannot be followed.
+    """
     paths = (settings.path,) if isinstance(settings.path, str) else settings.path or ()
     found: list[Recording] = []
     for film in (VideoFile(Path(path)) for path in paths):
-        t_s, tracks = followed(film, settings.rate_hz)
+        t_s, tracks = followed(film, settings.rate_hz, tell)
         as_shown = set(shown_otherwise(film))
         faults = [one for one in video_faults(film, t_s) if one not in as_shown]
         found += swings(film.path, t_s, tracks, settings, faults)
     return hands_of(found)
 
 
-def followed(film: VideoFile, rate_hz: float | None) -> tuple[Array, dict[str, BoxTrack]]:
+def followed(film: VideoFile, rate_hz: float | None, tell: Tell = silent) -> tuple[Array, dict[str, BoxTrack]]:
     """Return the times (n,) [s] of a video's images, and the tracks of its ball and cup.
 
     Raises InputError where the boxes beside the video teach nothing.
     """
+    total = film.expected or None
+    tell(0, total)
     followers = {thing: _follower(folder, thing) for thing, folder in swing_boxes(film.path).items()}
     times: list[float] = []
     for t_s, pixels in film.frames():
         times.append(t_s if rate_hz is None else len(times) / rate_hz)
         for one in followers.values():
             one.see(pixels)
+        tell(len(times), total)
     return np.array(times), {thing: one.track() for thing, one in followers.items()}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +26,9 @@ SMALL_PX = 80.0
 SHARPENED, SOFT_PX = 1.0, 1.5
 """An unsharp mask, its weight and width: with 3 px of motion blur it decodes 1.00 of markers of 16 px, 0.87 without."""
 
+SAME_SHAPE, SAME_PLACE = 0.12, 1.5
+"""A square whose cells are blurred is the marker where its corners lie as before, to this part of a side, about a
+middle that moved by so many sides at most. (The white edge's outer square is larger by a third.)"""
 MIDDLE_OF_SIDE = (0.15, 0.85)
 """Blur rounds the corners; sides are straight between."""
 POINTS_A_SIDE = 24
@@ -76,7 +80,11 @@ class MarkerDetector:
         self._number, self._cells = number, printed.markerSize + 2
 
     def find(self, image: NDArray[np.uint8], expected: SeenMarker | None = None) -> SeenMarker | None:
-        """Find the marker in ``image`` (grey or BGR): first near ``expected``, enlarged if small, then anywhere."""
+        """Find the marker in ``image`` (grey or BGR): first near ``expected``, enlarged if small, then anywhere.
+
+        At last a square near ``expected`` and like it is the marker, if its cells cannot be read.
+        """
+        squares: list[Array] = []
         grey: Image = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
         if expected is not None:
             reach = REGION_SIDES * max(expected.side_px, 16.0)
@@ -85,17 +93,21 @@ class MarkerDetector:
             part = np.ascontiguousarray(grey[low[1] : high[1], low[0] : high[0]])
             tries = ((2, 0.0), (4, SHARPENED)) if expected.side_px < SMALL_PX else ((1, 0.0), (2, SHARPENED))
             for enlarged, sharpened in tries if part.size else ():
-                found = self._found(part, enlarged, sharpened)
+                found, unread = self._found(part, enlarged, sharpened)
                 if found is not None:
                     return SeenMarker(along_sides(grey, found + low, self._cells))
+                squares += [one + low for one in unread]
         for enlarged, sharpened in ((1, 0.0), (2, SHARPENED)):
-            found = self._found(grey, enlarged, sharpened)
+            found, _ = self._found(grey, enlarged, sharpened)
             if found is not None:
                 return SeenMarker(along_sides(grey, found, self._cells))
-        return None
+        if expected is None or (like := _likest(squares, expected)) is None:
+            return None
+        return SeenMarker(along_sides(grey, like, self._cells))
 
-    def _found(self, grey: Image, enlarged: int, sharpened: float) -> Array | None:
-        """Find corners (4, 2) in the pixels of ``grey``, looked for ``enlarged`` times as large and sharpened."""
+    def _found(self, grey: Image, enlarged: int, sharpened: float) -> tuple[Array | None, list[Array]]:
+        """Find the marker's corners (4, 2) in the pixels of ``grey``, ``enlarged`` times as large and sharpened, and
+        those of squares that cannot be read."""
         seen = grey
         if enlarged > 1:
             seen = cv2.resize(grey, None, fx=enlarged, fy=enlarged, interpolation=cv2.INTER_CUBIC)
@@ -103,15 +115,33 @@ class MarkerDetector:
             soft = cv2.GaussianBlur(seen, (0, 0), SOFT_PX * enlarged)
             seen = cv2.addWeighted(seen, 1 + sharpened, soft, -sharpened, 0)
         answer: Any = self._detector.detectMarkers(seen)  # without a marker the numbers are None
-        corners, numbers = answer[:2]
-        if numbers is None:
-            return None
-        mine = [one for one, number in zip(corners, np.ravel(numbers), strict=True) if number == self._number]
-        if not mine:
-            return None
-        largest = max(mine, key=lambda one: float(cv2.contourArea(one)))
+        corners, numbers, rejected = answer
         # pixel centres lie at whole numbers: enlarged, the first pixel's centre is at (k - 1) / 2
-        return np.asarray((largest.reshape(4, 2) - (enlarged - 1) / 2) / enlarged, dtype=np.float64)
+        read, unread = (
+            [np.asarray((one.reshape(4, 2) - (enlarged - 1) / 2) / enlarged, dtype=np.float64) for one in some]
+            for some in (corners, rejected)
+        )
+        known = np.ravel([] if numbers is None else numbers)
+        mine = [one for one, number in zip(read, known, strict=True) if number == self._number]
+        return max(mine, key=_area, default=None), unread
+
+
+def _area(corners_px: Array) -> float:
+    return float(cv2.contourArea(corners_px.astype(np.float32)))
+
+
+def _likest(squares: Sequence[Array], expected: SeenMarker) -> Array | None:
+    """Return the square's corners (4, 2), in the marker's order, that are most like ``expected``; None if none is."""
+    before, side = expected.corners_px - expected.centre_px, expected.side_px
+    best, least = None, SAME_SHAPE * side
+    for square in squares:
+        middle = square.mean(axis=0)
+        for turned in range(4):
+            corners = np.roll(square, turned, axis=0)
+            off = float(np.abs(corners - middle - before).max())
+            if off < least and float(np.linalg.norm(middle - expected.centre_px)) < SAME_PLACE * side:
+                best, least = corners, off
+    return best
 
 
 def along_sides(grey: Image, corners_px: Array, cells: int) -> Array:

@@ -27,7 +27,7 @@ def open_marker_live(settings: MarkerLiveCapture, tell: Tell) -> Sequence[Record
     Raises HardwareError for a camera that is not there or goes away at once.
     """
     film, rate_hz, notes = _recorded(settings, tell)
-    hands = films_of((film,), settings if rate_hz is None else replace(settings, rate_hz=rate_hz))
+    hands = films_of((film,), settings if rate_hz is None else replace(settings, rate_hz=rate_hz), tell)
     hands[0].warnings = (*notes, *hands[0].warnings)
     return hands
 

@@ -26,6 +26,8 @@ TURN_RAD = 0.15
 """And how far two poses of one and the same marker differ by noise, one standard deviation."""
 JERKS = (1e1, 1e2, 1e3, 1e4)
 """Spectral densities of a hand's jerk [m^2/s^5], of which the likeliest is taken."""
+ALONG = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+"""Along the view a swing moves less than across it, and is seen worse: the likeliest of these parts of the density."""
 SPINS = (1e0, 1e1, 1e2, 1e3)
 """Of its angular acceleration [rad^2/s^3]."""
 OUTLIER = 25.0
@@ -94,8 +96,8 @@ def smooth(t_s: Array, frames: Sequence[Sequence[PoseCandidate]]) -> PoseTrack:
     vectors = (turns * turns[0].inv()).as_rotvec()  # a cup that is held turns by less than half a circle
     places = _Seen(t_s, seen, np.array([one.place_m for one in poses]), np.array([one[:3, :3] for one in noise]))
     turned = _Seen(t_s, seen, vectors, np.array([one[3:, 3:] for one in noise]))
-    place, place_sigma, believed = _likeliest(places, 3, JERKS)
-    turn, turn_sigma, _ = _likeliest(turned, 2, SPINS)
+    place, place_sigma, believed = _likeliest(places, 3, JERKS, ALONG)
+    turn, turn_sigma, _ = _likeliest(turned, 2, SPINS, (1.0,))
     kept = seen.copy()
     kept[np.flatnonzero(seen)[~believed]] = False
     return PoseTrack(
@@ -117,8 +119,11 @@ def _angle(one: PoseCandidate, other: PoseCandidate) -> float:
     return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
-def _likeliest(what: _Seen, order: int, densities: Sequence[float]) -> tuple[Array, Array, NDArray[np.bool_]]:
-    runs = [_filter(what, order, density) for density in densities]
+def _likeliest(
+    what: _Seen, order: int, densities: Sequence[float], along: Sequence[float]
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    across = max(densities, key=lambda one: _filter(what, order, np.full(3, one)).likelihood)
+    runs = [_filter(what, order, across * np.array([1.0, 1.0, part])) for part in along]
     return max(runs, key=lambda run: run.likelihood).backward()
 
 
@@ -145,8 +150,8 @@ class _Run:
         return np.array([one for one, _ in made]), np.array([one for _, one in made]), np.array(self.believed)
 
 
-def _filter(what: _Seen, order: int, density: float) -> _Run:
-    """Filter forward: ``order`` derivatives a coordinate, the highest a random walk of ``density``."""
+def _filter(what: _Seen, order: int, density: Array) -> _Run:
+    """Filter forward: ``order`` derivatives a coordinate, the highest a random walk of ``density`` (3,)."""
     run = _Run()
     size = 3 * order
     mean, spread = np.zeros(size), np.diag(np.repeat((1e2, 1e2, 1e3)[:order], 3))
@@ -175,8 +180,9 @@ def _filter(what: _Seen, order: int, density: float) -> _Run:
     return run
 
 
-def _model(dt_s: float, order: int, density: float) -> tuple[Array, Array]:
-    """Return the transition and process noise of white noise of ``density`` in the next derivative (Bar-Shalom)."""
+def _model(dt_s: float, order: int, density: Array) -> tuple[Array, Array]:
+    """Return the transition and process noise of white noise of ``density`` (3,) in the next derivative
+    (Bar-Shalom)."""
     powers = np.array([[dt_s ** (j - i) for j in range(order)] for i in range(order)])
     factorial = np.array([1.0, 1.0, 2.0, 6.0])
     one = np.array([[powers[i, j] / factorial[j - i] if j >= i else 0.0 for j in range(order)] for i in range(order)])
@@ -184,12 +190,10 @@ def _model(dt_s: float, order: int, density: float) -> tuple[Array, Array]:
     drift = np.array(
         [
             [
-                density
-                * dt_s ** (2 * top - i - j + 1)
-                / (factorial[top - i] * factorial[top - j] * (2 * top - i - j + 1))
+                dt_s ** (2 * top - i - j + 1) / (factorial[top - i] * factorial[top - j] * (2 * top - i - j + 1))
                 for j in range(order)
             ]
             for i in range(order)
         ]
     )
-    return np.kron(one, np.eye(3)), np.kron(drift, np.eye(3))
+    return np.kron(one, np.eye(3)), np.kron(drift, np.diag(density))

@@ -14,6 +14,9 @@ from kendama_cli.schema.settings import setting
 class MarkerSettings:
     """A printed square marker on the cup's handle, and the camera that sees it."""
 
+    streams: ClassVar[bool] = True
+    """Its progress is told: the seconds of a recording, the images that were read of a video."""
+
     plausible: PlausibleSettings
     dictionary: Literal["4x4_50", "5x5_100", "apriltag_16h5", "apriltag_36h11"] = setting(
         "Dictionary of square markers from which the printed one is."
@@ -25,10 +28,13 @@ class MarkerSettings:
     marker_to_cup_m: tuple[float, float, float] = setting(
         "Tie point of the rope in the marker's axes: x to the right, y up on the print, z out of it [m]."
     )
-    calibration: str | None = setting("File by 'kendama camera calibrate'; null uses field_of_view_deg.", file=True)
+    calibration: str | None = setting("File by 'kendama camera calibrate'; null takes an undistorted lens.", file=True)
     camera: str | None = setting("Name of the camera in the calibration; null takes its only one.")
     field_of_view_deg: float | None = setting(
-        "Horizontal field of view of a lens without distortion [deg].", above=0, below=170
+        "Horizontal field of view of a lens without distortion [deg]; depth alone scales with it. null takes 65 along "
+        "the image's longer side.",
+        above=0,
+        below=170,
     )
     view: Literal["level", "calibration"] = setting(
         "Pose of the camera: 'level' stands level and looks across the swing (x right, z up), 'calibration' takes "
@@ -45,10 +51,9 @@ class MarkerSettings:
     )
 
     def __post_init__(self) -> None:
-        if (self.calibration is None) == (self.field_of_view_deg is None):
-            state = "both are null" if self.calibration is None else "both are set"
+        if self.calibration is not None and self.field_of_view_deg is not None:
             raise ConfigError(
-                "field_of_view_deg", f"'field_of_view_deg': give it or calibration, one of the two; {state}"
+                "field_of_view_deg", "'field_of_view_deg': give it or calibration, one of the two; both are set"
             )
         if self.view == "calibration" and self.calibration is None:
             raise ConfigError("view", "'view' is calibration, but no calibration file is given; allowed here: level")
@@ -72,7 +77,6 @@ class MarkerLiveCapture(MarkerSettings):
     """A live recording of the marker by a camera."""
 
     live: ClassVar[bool] = True
-    streams: ClassVar[bool] = True
     """A person swings for it: what was recorded is kept until someone asks for another recording."""
 
     kind: Literal["marker_live"] = setting("A printed marker is recorded by a live camera.")

@@ -1,21 +1,24 @@
 """Errors of swings read from rendered phone films, and the rates at which an arm catches with them.
 
-    python -m tests.plugins.films.swing_errors FOLDER [MINUTES [CATCHES]]
+    python -m tests.plugins.films.swing_errors FOLDER [MINUTES [CATCHES [NAME ...]]]
 
-renders the films of CONDITIONS for the SWINGS, with boxes wrong by a pixel, follows ball and cup, and writes
-FOLDER/errors.csv: rms error in the swing's plane, scale across and up, depth that is lost. With CATCHES it then runs
-the stage `adapt` (PA10, ``adapt/uncertainty=hard``, visual catch, REPEATS repeats) on so many of the swings of each
-row, beside the true swing and beside one whose phases are drawn anew, into FOLDER/catches.csv. What stands there is
-left out, and after MINUTES nothing further is begun.
+renders the films of FILMS for the SWINGS, with boxes wrong by a pixel, follows ball and cup, and writes
+FOLDER/errors.csv: rms error in the swing's plane, scale across and up, rms error of the depth. Films of MARKED have a
+printed marker on a cup that turns, which is followed in place of the boxes. With CATCHES it then runs the stage `adapt`
+(PA10, ``adapt/uncertainty=hard``, visual catch, REPEATS repeats) on so many of the swings of each row, beside the true
+swing and beside some whose phases are drawn anew, into FOLDER/catches.csv. What stands there is left out, and after
+MINUTES nothing further is begun. Each NAME is a row; without one all are made.
 """
 
 from __future__ import annotations
 
 import csv
 import dataclasses
+import math
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,15 +28,19 @@ from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.proportion import success_interval
 from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.devices.demonstrator.recording import Recording
+from kendama_cli.devices.demonstrator.segments import checked_swings
 from kendama_cli.errors import KendamaError
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.plugins.films.box_follower import BoxTrack
 from kendama_cli.plugins.films.swing_video import followed, swings
+from kendama_cli.plugins.marker.films import _followed
 from kendama_cli.schema.settings import build
 from kendama_cli.stages.adapt.stage import Adapt
 from tests.motion.swings import settings as encode_settings
 from tests.plugins.films.swing_film import Shoot, filmed, person_swing, write_boxes, write_film
 from tests.plugins.films.test_swing_video import settings
+from tests.plugins.marker.handle_film import MARKER_TO_CUP_M, PHONE, filmed_with_marker
+from tests.plugins.marker.test_films import settings as marker_settings
 from tests.plugins.phone.rates import QuietContext, distance_m, other_phases
 from tests.simulation.dart.bench_robot import adapt_values, bench_arm, kendama_game
 
@@ -47,13 +54,21 @@ FILMS = {
     "10 degrees beside": Shoot(yaw_deg=10.0),
     "20 degrees beside": Shoot(yaw_deg=20.0),
     "4 m": Shoot(away_m=4.0),
-    "30 images a second": Shoot(rate_hz=30.0),
+    "60 images a second": Shoot(rate_hz=60.0),
     "phone leans by 10 degrees": Shoot(roll_deg=10.0),
     "in a hand, 3 px": Shoot(shake_px=3.0),
 }
 ALSO = {"string 1 cm too long": {"string_m": 0.41}, "no string given": {"string_m": None}}
 """The first film read with other settings."""
-NULL = "phases drawn anew"
+MARKED = {
+    "marker": (PHONE, {}),
+    "marker, its place on the cup not given": (PHONE, {"marker_to_cup_m": [0.0, 0.0, 0.0]}),
+    "marker, phone leans by 3 degrees": (replace(PHONE, roll_deg=3.0), {}),
+    "marker, 20 degrees beside": (replace(PHONE, yaw_deg=20.0), {}),
+}
+"""Films of a marker, exposed for 8 ms, and settings with which they are read."""
+NULLS = ("phases drawn anew", "phases drawn again")
+READ = (*FILMS, *ALSO, *MARKED)
 ERRORS = ("plane_error_mm", "scale_x", "scale_z", "depth_mm")
 CATCH = ("caught", "repeats_caught", "tau")
 Make = Callable[[str, int], list[object]]
@@ -80,10 +95,25 @@ def tracked(folder: Path, name: str, number: int) -> tuple[np.ndarray, dict[str,
 
 def read_swing(folder: Path, name: str, number: int) -> Recording:
     """Return the swing of a row's film as the part reads it; raises InputError where it refuses."""
+    if name in MARKED:
+        return marked_swing(folder, name, number)
     film_name, changes = ("square, 2 m", ALSO[name]) if name in ALSO else (name, {})
     t_s, tracks = tracked(folder, film_name, number)
     path = folder / f"{name}.mp4"
     (found,) = swings(path, t_s, tracks, settings(path, **{"string_m": 0.4, "tie_m": 0.035, **changes}), ())
+    return found
+
+
+def marked_swing(folder: Path, name: str, number: int) -> Recording:
+    """Return the swing of a row's film with a marker, as the part reads it."""
+    shoot, changes = MARKED[name]
+    same = next(one for one, (other, _) in MARKED.items() if other == shoot)
+    path = folder / f"{same.replace(' ', '-')}-{number}.mp4"
+    if not path.exists():
+        write_film(path, filmed_with_marker(number, shoot, FIRST_SEED + number), shoot.rate_hz)
+    values = {"field_of_view_deg": None, "marker_to_cup_m": MARKER_TO_CUP_M.tolist(), **changes}
+    own = marker_settings(path, **values)
+    (found,) = checked_swings(_followed(str(path), own), own.plausible, math.inf, own.segments)
     return found
 
 
@@ -94,7 +124,7 @@ def true_path(number: int, t_s: np.ndarray) -> np.ndarray:
 
 
 def errors(number: int, seen: Recording) -> list[float]:
-    """Return the rms error in the plane [mm], the scales along x and up, and the rms depth that is lost [mm]."""
+    """Return the rms error in the plane [mm], the scales along x and up, and the rms error of the depth [mm]."""
     best = min(
         (true_path(number, seen.t_s + late_s) for late_s in np.arange(0.0, 1.0, 0.005)),
         key=lambda one: distance_m(seen.position_m[:, [0, 2]], one[:, [0, 2]]),
@@ -102,14 +132,14 @@ def errors(number: int, seen: Recording) -> list[float]:
     true_m, found = best - best.mean(axis=0), seen.position_m - seen.position_m.mean(axis=0)
     scales = [float(found[:, i] @ true_m[:, i] / (true_m[:, i] @ true_m[:, i])) for i in (0, 2)]
     plane_mm = 1e3 * distance_m(seen.position_m[:, [0, 2]], best[:, [0, 2]])
-    return [round(plane_mm, 2), *(round(one, 4) for one in scales), round(1e3 * float(true_m[:, 1].std()), 1)]
+    return [round(plane_mm, 2), *(round(one, 4) for one in scales), round(1e3 * float((true_m - found)[:, 1].std()), 1)]
 
 
-def catch(number: int, t_s: np.ndarray, place_m: np.ndarray) -> list[object]:
-    """Return True if an arm catches with this path, how many of the REPEATS it catches, and its tau."""
+def catch(number: int, swing: Demonstration) -> list[object]:
+    """Return True if an arm catches with this swing, how many of the REPEATS it catches, and its tau."""
     values = dataclasses.replace(build(AdaptSettings, adapt_values(), "adapt"), repeats=REPEATS, thorough=True)
     try:
-        plan = encode_demonstrations([Demonstration("0", t_s, place_m)], encode_settings())
+        plan = encode_demonstrations([swing], encode_settings())
         made = Adapt(adapt=values, robot=bench_arm(), game=kendama_game()).run({"encode": plan}, QuietContext(number))
     except KendamaError as error:
         print(number, error, file=sys.stderr)
@@ -118,14 +148,16 @@ def catch(number: int, t_s: np.ndarray, place_m: np.ndarray) -> list[object]:
     return [metrics["caught"], round(REPEATS * (metrics["success_rate"] or 0.0)), round(metrics["tau_scale"], 3)]
 
 
-def path_of(folder: Path, name: str, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and path of a row: as it was read from its film, or one of the two beside them."""
-    if name in FILMS or name in ALSO:
+def swing_of(folder: Path, name: str, number: int) -> Demonstration:
+    """Return the swing of a row: as it was read from its film, the true one, or one with other phases."""
+    if name in READ:
         seen = read_swing(folder, name, number)
-        return seen.t_s, seen.position_m
+        return Demonstration("0", seen.t_s, seen.position_m, seen.rotation_wxyz)
     t_s = np.arange(0.0, person_swing(number).t_s[-1], 0.01)
     path_m = true_path(number, t_s)
-    return t_s, path_m if name == "true swing" else other_phases(FIRST_SEED + number, path_m, apart=False)
+    if name in NULLS:
+        path_m = other_phases(FIRST_SEED + number + 100 * NULLS.index(name), path_m, apart=False)
+    return Demonstration("0", t_s, path_m)
 
 
 def fill(table: Path, columns: tuple[str, ...], wanted: list[tuple[str, int]], make: Make, end_s: float) -> None:
@@ -142,10 +174,12 @@ def fill(table: Path, columns: tuple[str, ...], wanted: list[tuple[str, int]], m
 
 def main() -> None:
     """Fill both tables, and print the rates of catches."""
-    folder, minutes, catches = Path(sys.argv[1]), *(float(one) for one in [*sys.argv[2:], 600, 0][:2])
+    folder = Path(sys.argv[1])
+    minutes, catches = (float(sys.argv[at]) if len(sys.argv) > at else other for at, other in ((2, 600.0), (3, 0.0)))
+    chosen = sys.argv[4:] or ["true swing", *NULLS, *READ]
     folder.mkdir(parents=True, exist_ok=True)
     end_s = time.monotonic() + 60 * minutes
-    rows = [(name, number) for number in SWINGS for name in (*FILMS, *ALSO)]
+    rows = [(name, number) for name in READ if name in chosen for number in SWINGS]
     fill(
         folder / "errors.csv",
         ERRORS,
@@ -153,8 +187,8 @@ def main() -> None:
         lambda name, number: errors(number, read_swing(folder, name, number)),
         end_s,
     )
-    rows = [(name, number) for number in SWINGS[: int(catches)] for name in ("true swing", NULL, *FILMS, *ALSO)]
-    fill(folder / "catches.csv", CATCH, rows, lambda name, number: catch(number, *path_of(folder, name, number)), end_s)
+    rows = [(name, number) for name in chosen for number in SWINGS[: int(catches)]]
+    fill(folder / "catches.csv", CATCH, rows, lambda name, number: catch(number, swing_of(folder, name, number)), end_s)
     made = list(csv.DictReader((folder / "catches.csv").open()))
     for name in dict.fromkeys(one["film"] for one in made):
         own = [one for one in made if one["film"] == name]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,12 +24,17 @@ from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.rendering.video_writer import h264_video
 from kendama_cli.simulation.dart.hand_world import Swing, carry_cup
 from kendama_cli.vision.cameras.camera_model import CameraModel
+from kendama_cli.vision.cameras.region import around
 from tests.vision.scenes import game, lighting, virtual
 
 ROOT = Path(__file__).parents[3]
 CAUGHT = {12: 1.04, 8: 1.07, 7: 1.04, 6: 0.95, 11: 1.07, 4: 0.98, 10: 1.10, 3: 0.92}
 """Bundled swings by number, and times as long as they last for the ball to fall into the cup, as it did for who was
 filmed."""
+BEHIND_M = np.array([0.0, -50.0, 0.0])
+"""Behind every camera."""
+MARGIN_M = 0.09
+"""Metres about the middles of what moves: a cup, and a ball in the time of an exposure."""
 FOREARM_M = np.array([(0.0, 0.0, -0.045), (0.33, 0.10, -0.17)])
 """Hand and elbow from the tie point."""
 
@@ -41,7 +47,7 @@ class Shoot:
     away_m: float = 2.0
     yaw_deg: float = 0.0
     roll_deg: float = 0.0
-    rate_hz: float = 60.0
+    rate_hz: float = 30.0
     shake_px: float = 0.0
     width_px: int = 1280
     height_px: int = 720
@@ -82,8 +88,16 @@ def camera(shoot: Shoot) -> CameraModel:
     return CameraModel("phone", shoot.width_px, shoot.height_px, focal, middle, np.zeros(5), rows, position)
 
 
-def filmed(swing: Swing, shoot: Shoot, seed: int) -> Filmed:
-    """Film the swing with the product's virtual camera."""
+def upright(t_s: float) -> np.ndarray:
+    """A cup that never turns: its axes (3, 3) in the world."""
+    return np.eye(3)
+
+
+def filmed(swing: Swing, shoot: Shoot, seed: int, turn: Callable[[float], np.ndarray] = upright) -> Filmed:
+    """Film the swing with the product's virtual camera; ``turn`` returns the cup's axes (3, 3) at a time.
+
+    The wall without anything before it is rendered once, and each frame about what moves.
+    """
     rng = np.random.default_rng(seed)
     shipped = virtual()
     appearance = dataclasses.replace(
@@ -96,29 +110,38 @@ def filmed(swing: Swing, shoot: Shoot, seed: int) -> Filmed:
     rope_m = game().rope.length_m
 
     def scene(t_s: float) -> ScenePose:
-        cup, ball = (
-            np.array([np.interp(t_s, swing.t_s, one) for one in path.T]) for path in (swing.cup_m, swing.ball_m)
-        )
-        return ScenePose(ball, cup, np.eye(3), hanging_rope(cup, ball, rope_m), cup + FOREARM_M)
+        cup, ball = (np.array([np.interp(t_s, swing.t_s, one) for one in path.T]) + away_m[0] for path in paths)
+        return ScenePose(ball, cup, turn(t_s), hanging_rope(cup, ball, rope_m), cup + FOREARM_M)
 
-    clock = [0.0]
+    paths, away_m = (swing.cup_m, swing.ball_m), [BEHIND_M]
+    clock = [0.5 / shoot.rate_hz]
     source = SceneSource(scene, game(), lighting("bright"), [rng])
     (device,) = open_virtual(settings, [camera(shoot)], lambda: clock[0], source)
     times = np.arange(0.0, swing.t_s[-1], 1 / shoot.rate_hz)
     shake = np.array([_hand_shake(len(times), shoot, rng) for _ in range(2)]).T
+    wall = device.latest(max_age_s=1.0).pixels
+    device.restart()
+    away_m[0] = np.zeros(3)
     frames = []
     for t_s, (u, v) in zip(times, shake, strict=True):
         clock[0] = t_s + 0.5 / shoot.rate_hz
-        pixels = device.latest(max_age_s=1.0).pixels
+        here = scene(t_s)
+        seen_px = camera(shoot).project(np.vstack([here.cup_m, here.ball_m, here.arm_m]))
+        middle_px = (seen_px.min(axis=0) + seen_px.max(axis=0)) / 2
+        device.set_region_of_interest(
+            around(middle_px, np.ptp(seen_px, axis=0) / 2 + MARGIN_M * shoot.focal_px / shoot.away_m)
+        )
+        frame = device.latest(max_age_s=1.0)
+        (left, top), (height, width) = frame.origin_px, frame.pixels.shape[:2]
+        pixels = wall.copy()
+        pixels[top : top + height, left : left + width] = frame.pixels
         if shoot.shake_px:
             way = np.array([[1.0, 0.0, u], [0.0, 1.0, v]])
             size = (shoot.width_px, shoot.height_px)
             pixels = cv2.warpAffine(pixels, way, size, borderMode=cv2.BORDER_REPLICATE)
         frames.append(np.ascontiguousarray(pixels))
     model = camera(shoot)
-    cup, ball = (
-        np.column_stack([np.interp(times, swing.t_s, one) for one in path.T]) for path in (swing.cup_m, swing.ball_m)
-    )
+    cup, ball = (np.column_stack([np.interp(times, swing.t_s, one) for one in path.T]) for path in paths)
     depth = model.depth_m(cup)
     cup_px, ball_px = (
         model.project(cup + np.array([0.0, 0.0, game().cup.depth_m / 2])) + shake,

@@ -171,7 +171,12 @@ def film(tmp_path_factory):
 @pytest.mark.slow
 def test_a_rendered_film_becomes_its_swing(film):
     """Here 1 px is 2 mm; boxes are off by a pixel."""
-    (hand,) = open_demonstrators(settings(film, string_m=0.4, tie_m=TIE_M))
+    told = []
+    (hand,) = open_demonstrators(
+        settings(film, string_m=0.4, tie_m=TIE_M), lambda done, total: told.append((done, total))
+    )
+    images = VideoFile(film).count()
+    assert told == [(image, images) for image in range(images + 1)]
     assert 1e3 * error_m(hand._recording) < 4.0
 
 

@@ -94,9 +94,16 @@ def test_what_is_no_film_is_told(tmp_path):
         open_demonstrators(settings(tmp_path / "b.mp4"))
 
 
-def test_without_a_lens_lengths_cannot_be_known():
-    with pytest.raises(ConfigError, match="give it or calibration, one of the two; both are null"):
-        settings("a.mp4", field_of_view_deg=None)
+def test_two_lenses_are_one_too_many():
+    with pytest.raises(ConfigError, match="give it or calibration, one of the two; both are set"):
+        settings("a.mp4", calibration="a.yaml")
+
+
+def test_lengths_across_the_view_do_not_depend_on_the_lens(film, followed):
+    """The film is 56 degrees wide; without a field of view 65 are taken, and depth alone is wrong by them."""
+    (hand,) = open_demonstrators(settings(film, field_of_view_deg=None))
+    sizes = [np.ptp([one.position_m for one in one.samples()], axis=0) for one in (followed, hand)]
+    assert sizes[1][[0, 2]] == pytest.approx(sizes[0][[0, 2]], rel=0.01)
 
 
 def test_a_device_is_recorded_and_its_film_kept_and_never_overwritten(film, tmp_path):
