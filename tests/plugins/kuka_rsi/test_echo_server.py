@@ -20,7 +20,7 @@ from kendama_cli.errors import HardwareError
 from kendama_cli.plugins.kuka_rsi.robot import open_rsi
 from tests.plugins.kuka_rsi.six_axes import GAME, RSI, free_port, six_axes
 from tests.plugins.kuka_rsi.test_rsi import swing
-from tests.stalls import without_stall
+from tests.plugins.stalls import without_stall
 
 pytestmark = pytest.mark.realtime
 

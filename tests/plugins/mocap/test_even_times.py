@@ -6,8 +6,8 @@ import pytest
 from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.devices.demonstrator.tidy import even_times
 from kendama_cli.errors import InputError
-from tests.devices.streams.swing_server import SWING
 from tests.plugins.mocap.test_body import settings
+from tests.plugins.swing_server import SWING
 
 PERIOD_S = 0.01
 SENT_S = PERIOD_S * np.arange(250)

@@ -14,8 +14,8 @@ from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.errors import ConfigError, HardwareError, InputError
 from kendama_cli.plugins.mocap.settings import MocapCapture
 from kendama_cli.schema.settings import build
-from tests.devices.streams.swing_server import ROOT, SWING, at_its_pace, free_port
-from tests.stalls import without_stall
+from tests.plugins.stalls import without_stall
+from tests.plugins.swing_server import ROOT, SWING, at_its_pace, free_port
 
 pytestmark = pytest.mark.realtime
 

@@ -12,8 +12,8 @@ from kendama_cli.devices.streams.vrpn import COOKIE, POSE, POSE_TYPE, SENDER, TY
 from kendama_cli.devices.streams.vrpn import HEADER as VRPN_HEADER
 from kendama_cli.errors import ConfigError, HardwareError, InputError
 from kendama_cli.schema.units import METRES
-from tests.devices.streams.swing_server import SWING, replayed
 from tests.plugins.mocap.test_live import settings
+from tests.plugins.swing_server import SWING, replayed
 
 BEGAN_S = 1_700_000_000.0
 

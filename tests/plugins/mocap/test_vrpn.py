@@ -12,8 +12,8 @@ import pytest
 from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.devices.streams.vrpn import COOKIE, HEADER, VrpnStream, tracker_report
 from kendama_cli.errors import HardwareError, InputError
-from tests.devices.streams.swing_server import SWING, free_port, replayed, swing_by_json, vrpn_server
 from tests.plugins.mocap.test_live import settings
+from tests.plugins.swing_server import SWING, free_port, replayed, swing_by_json, vrpn_server
 
 RECORDED = Path(__file__).with_name("vrpn_exchange.hex")
 

@@ -15,11 +15,11 @@ from kendama_cli.plugins.mocap.body import read_bodies
 from kendama_cli.plugins.teleoperation.haptic.device import HapticDemonstrator, HapticLink, open_haptic
 from kendama_cli.plugins.teleoperation.haptic.settings import HapticCapture
 from kendama_cli.schema.settings import build
-from tests.devices.streams.swing_server import replayed
+from tests.plugins.stalls import without_stall
+from tests.plugins.swing_server import replayed
 from tests.plugins.teleoperation.haptic.operator_model import Operator
 from tests.plugins.teleoperation.play.table_top import swing
 from tests.shipped_conf import CONF, plain
-from tests.stalls import without_stall
 
 
 @contextlib.contextmanager

@@ -15,9 +15,9 @@ from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.plugins.teleoperation.haptic.device import HapticDemonstrator, HapticLink
 from kendama_cli.plugins.teleoperation.haptic.device_protocols import Grip, Place, Told, Trouble, VrpnDevice
 from kendama_cli.plugins.teleoperation.haptic.settings import HapticCapture
-from tests.devices.streams.swing_server import replayed
+from tests.plugins.stalls import without_stall
+from tests.plugins.swing_server import replayed
 from tests.plugins.teleoperation.haptic.test_device import operator, settings
-from tests.stalls import without_stall
 
 HERE = Path(__file__).parent
 FORCE_READ = (

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 SWING = np.loadtxt(ROOT / "data/demonstrations/swing-01.csv", delimiter=",", comments=("#", "t"))
 
 
