@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.benchmarks import checkpoints
-
 HERE = Path(__file__).parent
 WITHOUT_PYTEST = """
 import importlib, sys
@@ -19,16 +17,9 @@ for name in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 def test_no_benchmark_needs_what_only_tests_have() -> None:
     names = sorted(path.stem for path in HERE.glob("[a-z]*.py") if not path.name.startswith("test_"))
     command = [sys.executable, "-c", WITHOUT_PYTEST, *names]
     done = subprocess.run(command, cwd=HERE.parents[1], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-
-
-def test_what_checkpoints_cost_is_a_share_of_learning(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    checkpoints.main(rollouts=3)
-    assert "x learning" in capsys.readouterr().out

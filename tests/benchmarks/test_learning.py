@@ -30,7 +30,9 @@ def test_the_seeds_of_a_row_are_those_that_are_named(row: learning.Row) -> None:
     assert [line["seed"] for line in lines_of(row)] == list(row.seeds)[: len(lines_of(row))]
 
 
-@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize(
+    "table", [pytest.param(one, marks=pytest.mark.slow) if one.startswith("peers") else one for one in TABLES]
+)
 def test_a_seed_measured_anew_gives_the_same(table: str) -> None:
     """The soonest solved of the table's last measured row: any of them would do."""
     row = [row for row in ROWS if row.table == table and lines_of(row)][-1]
