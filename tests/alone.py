@@ -1,7 +1,7 @@
-"""Tests of real time run beside each other only, one per core: nothing of the suite's other processes computes then.
+"""Tests of real time run beside each other only: nothing of the suite's other processes computes then.
 
-A test marked ``realtime`` waits until every other worker is between two tests or in such a test itself, and the others
-wait for it in turn. These tests wait for peers and clocks for most of their time.
+They stand last, in files of their own. A worker that comes to the first of them waits for the others to do so, or to
+end. These tests wait for peers and clocks for most of their time, so that one more than there are cores run at once.
 """
 
 from __future__ import annotations
@@ -16,51 +16,54 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-POLL_S = 0.01
+POLL_S = 0.02
+COMPUTING = "{}.computes"
+"""The lock of a worker that has other tests ahead of it; it goes with its process, whatever happens."""
+_held: list[FileLock] = []
+
+
+def begin() -> None:
+    """Hold those of real time in other workers back until this worker comes to its own, or ends."""
+    _held.append(FileLock(shared_folder() / COMPUTING.format(os.environ["PYTEST_XDIST_WORKER"])))
+    _held[0].acquire()
 
 
 def forget() -> None:
     """Remove what the workers of this process left."""
+    while _held:
+        _held.pop().release()
     shutil.rmtree(_folder(os.getpid()), ignore_errors=True)
 
 
 @contextlib.contextmanager
-def turn(*, realtime: bool) -> Iterator[None]:
-    """The time of one test of this worker, beside which others run only tests of the same kind."""
-    own = os.environ.get("PYTEST_XDIST_WORKER")
-    if own is None:  # no workers, nobody beside
+def turn() -> Iterator[None]:
+    """The time of one test of real time; without workers there is nobody beside."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
         yield
         return
-    locks = shared_folder()
-    others = {f"gw{i}" for i in range(int(os.environ["PYTEST_XDIST_WORKER_COUNT"]))} - {own}
-    with contextlib.ExitStack() as stack:
-        with FileLock(locks / "next", poll_interval=POLL_S):  # whoever holds it begins next: nobody is overtaken
-            while not _may_begin([_running(locks, one) for one in others], realtime=realtime):
-                time.sleep(POLL_S)
-            (locks / f"{own}.kind").write_text("realtime" if realtime else "other")
-            stack.enter_context(FileLock(locks / own))
+    while _held:
+        _held.pop().release()
+    for number in range(int(os.environ["PYTEST_XDIST_WORKER_COUNT"])):
+        with FileLock(shared_folder() / COMPUTING.format(f"gw{number}"), poll_interval=POLL_S):
+            pass
+    with _place():
         yield
 
 
-def _may_begin(beside: list[str | None], *, realtime: bool) -> bool:
-    """Whether a test may begin beside others of these kinds; None stands for a worker between two tests."""
-    if realtime:
-        return "other" not in beside and beside.count("realtime") < (os.cpu_count() or 1)
-    return "realtime" not in beside
-
-
-def _running(locks: Path, worker: str) -> str | None:
-    """The kind of the test that ``worker`` runs, None between two; its lock goes with its process, whatever happens."""
-    try:
-        with FileLock(locks / worker, blocking=False):
-            return None
-    except Timeout:
-        return (locks / f"{worker}.kind").read_text()
+@contextlib.contextmanager
+def _place() -> Iterator[None]:
+    """One of the places for tests that run at once."""
+    while True:
+        for number in range((os.cpu_count() or 1) + 1):
+            with contextlib.suppress(Timeout), FileLock(shared_folder() / f"place{number}", blocking=False):
+                yield
+                return
+        time.sleep(POLL_S)
 
 
 def shared_folder() -> Path:
-    """The folder of a worker's and the others' locks."""
-    made = _folder(os.getppid())
+    """The folder of the workers' locks, and of what they share; without workers, of this process."""
+    made = _folder(os.getppid() if "PYTEST_XDIST_WORKER" in os.environ else os.getpid())
     made.mkdir(exist_ok=True)
     return made
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import signal
-import subprocess
 import sys
 from collections.abc import Generator
 from pathlib import Path
@@ -13,10 +13,10 @@ from pathlib import Path
 import hypothesis
 import pytest
 import typer.main
-from filelock import FileLock
 
 from kendama_cli.system.interpreters import one_thread
-from tests import alone, first_imports
+from tests import alone, first_imports, once
+from tests.documented_package import wheel_of
 from tests.toy_project import ToyProject
 
 # before any worker imports numpy: threads that wait for each other take twice the computation, and longer
@@ -42,56 +42,53 @@ LONGEST_FIRST = (
     "faults/test_interruptions.py",
     "plugins/cluster/test_cluster.py",
     "docs/test_commands.py",
-    "plugins/publication/test_export.py",
-    "plugins/publication/test_video.py",
-    "plugins/calibration/test_board.py",
-    "properties/test_bombs.py",
-    "plugins/interact/test_stage.py",
-    "plugins/mocap/test_layout.py",
-    "report/test_intervals.py",
-    "plugins/course/test_exercises.py",
-    "plugins/films/test_trained_detector.py",
-    "plugins/calibration/test_flight_calibration.py",
-    "plugins/calibration/test_calibration.py",
-    "report/test_page.py",
-    "plugins/phone/test_simulated.py",
-    "plugins/identification/test_friction_stage.py",
-    "plugins/teleoperation/play/test_server.py",
-    "plugins/calibration/test_setup_commands.py",
-    "plugin/test_documented_parts.py",
-    "plugins/calibration/test_stereo_calibration.py",
-    "simulation/swingup/test_frozen_rollouts.py",
-    "plugins/course/test_course_command.py",
-    "stages/test_adapt_heading.py",
-    "docs/test_site.py",
-    "pipeline/test_own_stage.py",
-    "pipeline/test_command_cache.py",
-    "plugins/interact/test_task_world.py",
-    "control/test_camera_observer.py",
-    "plugins/agents/environments/test_gym.py",
-    "plugins/films/test_detect.py",
-    "plugins/calibration/test_hand_eye.py",
+    "stages/test_transfer.py",
     "stages/test_adapt.py",
-    "pipeline/test_kinds.py",
+    "plugins/teleoperation/play/test_server.py",
+    "plugins/course/test_course_command.py",
+    "plugins/calibration/test_setup_commands.py",
+    "cli/test_usage.py",
+    "config/test_compose.py",
+    "plugins/mocap/test_layout.py",
     "report/replay/test_browser.py",
-    "plugins/franka/test_robot.py",
-    "report/test_browser.py",
-    "plugins/interact/test_documented_controller.py",
-    "plugins/teleoperation/haptic/test_device.py",
-    "faults/test_mutated_inputs.py",
-    "log/test_writer.py",
-    "simulation/swingup/test_rail_kernel.py",
-    "report/test_sweep_page.py",
-    "robot_model/placement/test_placement_search.py",
-    "robot_model/test_display.py",
+    "plugins/publication/test_video.py",
+    "plugins/interact/test_stage.py",
+    "plugin/test_documented_parts.py",
+    "plugins/calibration/test_board.py",
+    "pipeline/test_sweep.py",
+    "properties/test_bombs.py",
     "faults/test_one_line.py",
-    "plugins/cluster/test_shared.py",
-    "report/test_hostile_logs.py",
-    "api/test_api.py",
-    "cli/test_wheel.py",
-    "plugins/films/test_rolling_shutter.py",
+    "faults/test_twin_process.py",
+    "pipeline/test_cache.py",
+    "plugins/teleoperation/haptic/test_device.py",
+    "docs/test_site.py",
+    "plugins/course/test_exercises.py",
+    "control/test_camera_observer.py",
+    "plugins/publication/test_export.py",
+    "report/test_page.py",
+    "robot_model/placement/test_placement_search.py",
     "plugins/teleoperation/play/test_browser.py",
+    "stages/test_predict.py",
+    "plugins/identification/test_friction_stage.py",
+    "report/test_browser.py",
+    "plugins/offline/test_offline.py",
     "plugins/phone/test_live_browser.py",
+    "plugins/calibration/test_stereo_calibration.py",
+    "pipeline/test_kinds.py",
+    "stages/test_placed.py",
+    "vision/prediction/test_catch_pose.py",
+    "plugins/calibration/test_calibration.py",
+    "stages/test_learn.py",
+    "faults/test_mutated_inputs.py",
+    "plugins/films/test_detect.py",
+    "plugins/interact/test_task_world.py",
+    "plugins/calibration/test_log_predict.py",
+    "pipeline/test_own_stage.py",
+    "api/test_examples.py",
+    "log/test_writer.py",
+    "cli/test_wheel.py",
+    "plugins/calibration/test_flight_calibration.py",
+    "plugins/cluster/test_shared.py",
 )
 """Files of half a minute or so, by their time: begun last, one of them would keep one core busy and the others idle.
 
@@ -109,7 +106,10 @@ def pytest_xdist_auto_num_workers() -> int:
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """In a worker of the whole suite, share what is compiled."""
+    """In a worker, share what is composed; in one of the whole suite, what is compiled too."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        alone.begin()
+        once.share_compositions(alone.shared_folder() / "composed")
     whole = [(session.config.rootpath / name).resolve() for name in session.config.args] == [Path(__file__).parent]
     if whole and "PYTEST_XDIST_WORKER" in os.environ:
         first_imports.import_in_turn(alone.shared_folder())
@@ -125,7 +125,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
     """Run tests of real time beside each other only."""
-    with alone.turn(realtime=item.get_closest_marker("realtime") is not None):
+    with alone.turn() if item.get_closest_marker("realtime") else contextlib.nullcontext():
         return (yield)
 
 
@@ -162,16 +162,10 @@ def recordings() -> Path:
 
 
 @pytest.fixture(scope="session")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def wheel() -> Path:
     """The wheel of this package, built once for all of pytest's processes."""
-    own = tmp_path_factory.getbasetemp()
-    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "wheel"
-    # no isolation: the test's own environment has the build backend, so nothing is fetched
-    build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(folder)]
-    with FileLock(f"{folder}.lock"):
-        if not folder.exists():
-            subprocess.run([*build, str(Path(__file__).resolve().parents[1])], check=True, capture_output=True)
-    return next(folder.glob("*.whl"))
+    root = Path(__file__).resolve().parents[1]
+    return next(once.made_once("wheel", lambda folder: wheel_of(root, folder)).glob("*.whl"))
 
 
 @pytest.fixture

@@ -1,12 +1,37 @@
-"""The packages in examples/ that the how-to pages show: a copy beside ours, as if it were installed."""
+"""Packages beside ours: wheels in a new environment, and those of examples/, as if they were installed."""
 
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+
+
+def wheel_of(source: Path, folder: Path) -> Path:
+    """Build the wheel of ``source`` in ``folder``, by the build backend of the test's own environment."""
+    build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(folder)]
+    subprocess.run([*build, str(source)], check=True, capture_output=True)
+    return next(folder.glob("*.whl"))
+
+
+def new_environment(folder: Path, *wheels: Path) -> Path:
+    """Install wheels in a new environment in ``folder``; the libraries come from the test's own. Return its programs.
+
+    It has no pip, whose own installation would take as long as all else: the test's own pip installs there too.
+    """
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True)
+    python = folder / "bin" / "python"
+    install = ["install", "-q", "--no-deps", "--no-index", *map(str, wheels)]
+    subprocess.run([sys.executable, "-m", "pip", "--python", python, *install], check=True)
+    where = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
+    own = Path(subprocess.check_output(where, text=True).strip())
+    # an editable install of ours, whose .pth lies in the same folder, is not read from there
+    (own / "libraries.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
+    return python.parent
 
 
 def copy_example(name: str, folder: Path) -> None:

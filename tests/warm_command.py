@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.system.interpreters import one_thread
+from tests import alone
 
 SERVER = Path(__file__).with_name("warm_server.py")
 
@@ -26,7 +27,8 @@ SERVER = Path(__file__).with_name("warm_server.py")
 @functools.cache
 def _server(*, libraries: bool) -> subprocess.Popen[str]:
     """Ends with this process, which closes its standard input."""
-    command = [sys.executable, "-P", str(SERVER), *(["libraries"] if libraries else [])]
+    command = [sys.executable, "-P", str(SERVER), str(alone.shared_folder() / "composed")]
+    command += ["libraries"] if libraries else []
     return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=one_thread())
 
 

@@ -151,6 +151,11 @@ def import_libraries() -> None:
 
 def serve() -> None:
     """Import what every command imports, then fork a command for each line."""
+    sys.path.append(str(Path(__file__).parents[1]))
+    from tests.once import share_compositions  # noqa: PLC0415 - commands do not import from this folder
+
+    sys.path.pop()
+    share_compositions(Path(sys.argv[1]))
     OverridesParser.create().parse_override("warm=1")
     typer.main.get_command = functools.cache(typer.main.get_command)  # from signatures, which do not change
     typer.main.get_command(app.app)

@@ -11,25 +11,15 @@ from pathlib import Path
 
 import pytest
 
+from tests.documented_package import new_environment
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")
 def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A new environment with the wheel; the libraries come from the test's own, our package does not."""
-    folder = tmp_path_factory.mktemp("venv")
-    # without pip, whose own installation would take as long as all of this: the test's own pip installs there too
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True)
-    python = folder / "bin" / "python"
-    install = ["install", "-q", "--no-deps", "--no-index", str(wheel)]
-    subprocess.run([sys.executable, "-m", "pip", "--python", python, *install], check=True)
-    own = Path(
-        subprocess.check_output(
-            [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"], text=True
-        ).strip()
-    )
-    (own / "libraries.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
-    return folder / "bin" / "kendama"
+    return new_environment(tmp_path_factory.mktemp("venv"), wheel) / "kendama"
 
 
 def test_conf_pipelines_and_data_are_in_the_wheel_and_tests_are_not(wheel: Path) -> None:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from tests import warm_command
-from tests.documented_package import copy_example, install_example
+from tests.documented_package import copy_example, install_example, new_environment, wheel_of
 from tests.plugin.test_wheel_of_parts import kendama
 
 BRIEF = [
@@ -35,15 +34,7 @@ def laboratory(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with ``venv/``, which has our wheel and the agents'."""
     folder, source = tmp_path_factory.mktemp("laboratory"), tmp_path_factory.mktemp("source")
     copy_example("agents", source)
-    build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(folder)]
-    subprocess.run([*build, str(source)], check=True, capture_output=True)
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder / "venv")], check=True)
-    python = folder / "venv" / "bin" / "python"
-    install = ["install", "-q", "--no-deps", "--no-index", str(wheel), *map(str, folder.glob("*.whl"))]
-    subprocess.run([sys.executable, "-m", "pip", "--python", python, *install], check=True)
-    where = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
-    own = Path(subprocess.check_output(where, text=True).strip())
-    (own / "libraries.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
+    new_environment(folder / "venv", wheel, wheel_of(source, folder))
     return folder
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.documented_package import copy_example
+from tests.documented_package import copy_example, new_environment, wheel_of
 
 
 @pytest.fixture(scope="module")
@@ -21,18 +20,7 @@ def laboratory(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     copy_example("bench", source)
     for name in ("conf", "pipelines"):
         (source / name).rename(folder / name)
-    wheels = folder / "wheels"
-    build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(wheels)]
-    subprocess.run([*build, str(source)], check=True, capture_output=True)
-    # without pip, whose own installation would take as long as all of this: the test's own pip installs there too
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder / "venv")], check=True)
-    python = folder / "venv" / "bin" / "python"
-    install = ["install", "-q", "--no-deps", "--no-index", str(wheel), *map(str, wheels.glob("*.whl"))]
-    subprocess.run([sys.executable, "-m", "pip", "--python", python, *install], check=True)
-    where = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
-    own = Path(subprocess.check_output(where, text=True).strip())
-    # the libraries are the test environment's; ours and the documented package are the wheels'
-    (own / "libraries.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
+    new_environment(folder / "venv", wheel, wheel_of(source, folder / "wheels"))
     return folder
 
 
@@ -49,6 +37,7 @@ def kendama(laboratory: Path, *words: str, timeout_s: float = 240) -> subprocess
     )
 
 
+@pytest.mark.slow  # tests/cli/test_wheel.py runs ours
 def test_both_wheels_are_what_is_run(laboratory: Path) -> None:
     code = "import bench, kendama_cli; print(bench.__file__, kendama_cli.__file__)"
     python = laboratory / "venv" / "bin" / "python"

@@ -7,12 +7,12 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
 import pytest
 
+from tests.documented_package import new_environment, wheel_of
 from tests.plugins.test_parts_table import brought
 from tests.test_whole_game import SMALL
 from tests.toy_project import statuses
@@ -33,18 +33,9 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> Path:
         shutil.copy(ROOT / name, source)
     (source / "pyproject.toml").write_text(without_parts((ROOT / "pyproject.toml").read_text()))
     folder = tmp_path_factory.mktemp("core")
-    build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(folder)]
-    subprocess.run([*build, str(source)], check=True, capture_output=True)
-    (wheel,) = folder.glob("*.whl")
+    wheel = wheel_of(source, folder)
     assert not [name for name in zipfile.ZipFile(wheel).namelist() if "plugins" in name]
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder / "venv")], check=True)
-    python = folder / "venv" / "bin" / "python"
-    install = ["install", "-q", "--no-deps", "--no-index", str(wheel)]
-    subprocess.run([sys.executable, "-m", "pip", "--python", python, *install], check=True)
-    where = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
-    own = Path(subprocess.check_output(where, text=True).strip())
-    # an editable install of ours, whose .pth lies in the same folder, is not read from there
-    (own / "libraries.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
+    new_environment(folder / "venv", wheel)
     return folder
 
 

@@ -6,15 +6,18 @@ from pathlib import Path
 import pytest
 
 from kendama_cli.report.page import make_report
+from tests.once import made_once
 from tests.report.synthetic_run import write_run
 
 
 @pytest.fixture(scope="session")
-def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("run")
-    run, _ = write_run(folder)
-    (folder / "run.json").write_text(json.dumps(run))
-    return folder
+def run_folder() -> Path:
+    def write(folder: Path) -> None:
+        folder.mkdir()
+        run, _ = write_run(folder)
+        (folder / "run.json").write_text(json.dumps(run))
+
+    return made_once("synthetic-run", write)
 
 
 @pytest.fixture(scope="session")
@@ -30,4 +33,4 @@ def logs(run, run_folder):
 @pytest.fixture(scope="session")
 def page(run, logs):
     """Its report."""
-    return make_report(run, logs)
+    return made_once("page.html", lambda path: path.write_text(make_report(run, logs), encoding="utf-8")).read_text()
