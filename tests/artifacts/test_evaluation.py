@@ -57,12 +57,12 @@ def worst_coverage(planned: int, *, plain: bool) -> float:
     return min(found)
 
 
-@pytest.mark.parametrize("planned", [10, 30, 50, 200])
+@pytest.mark.parametrize("planned", [10, 30, pytest.param(50, marks=pytest.mark.slow), 200])
 def test_intervals_of_evaluations_that_end_early_hold_the_rate_in_95_of_100(planned: int) -> None:
     assert worst_coverage(planned, plain=False) >= 0.95
 
 
-@pytest.mark.parametrize("planned", [30, 50])
+@pytest.mark.parametrize("planned", [30, pytest.param(50, marks=pytest.mark.slow)])
 def test_plain_intervals_would_not(planned: int) -> None:
     assert worst_coverage(planned, plain=True) < 0.948  # the standard error of DRAWS is 0.001
 

@@ -21,7 +21,7 @@ from tests.toy_project import ToyProject
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> ToyProject:
     """A run alone (1), a named sweep (2 to 5), one without a name (6 and 7)."""
-    toy = ToyProject(tmp_path_factory.mktemp("toy"))
+    toy = ToyProject(tmp_path_factory.mktemp("toy"), alone=True)
     toy.run_json("seed=7")
     toy.kendama("sweep", "-p", "toy", "--name", "steps-study", "toy.steps=2,3", "seed=1,2")
     toy.kendama("sweep", "-p", "toy", "toy.steps=4", "seed=1,2")
@@ -51,7 +51,7 @@ def test_a_sweep_without_a_name_is_called_by_day_and_what_varies(done: ToyProjec
 
 
 def test_a_repeated_sweep_counts_each_combination_once(tmp_path) -> None:
-    toy = ToyProject(tmp_path)
+    toy = ToyProject(tmp_path, alone=True)
     for _ in range(2):
         toy.kendama("sweep", "-p", "toy", "--name", "twice", "toy.steps=2", "seed=1,2")
     found = select_runs(toy.home, ["sweep:twice"])
@@ -59,7 +59,7 @@ def test_a_repeated_sweep_counts_each_combination_once(tmp_path) -> None:
 
 
 def test_runs_of_before_sweeps_had_names_are_listed_and_chosen(tmp_path) -> None:
-    toy = ToyProject(tmp_path)
+    toy = ToyProject(tmp_path, alone=True)
     toy.run_json("toy.steps=2")
     (path,) = toy.home.glob("runs/*.json")
     assert "sweep" not in json.loads(path.read_text()), "a run alone is written as ever"

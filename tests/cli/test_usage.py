@@ -11,6 +11,7 @@ import pytest
 
 import kendama_cli
 from kendama_cli.cli import doctor
+from tests import warm_command
 from tests.toy_project import ToyProject
 
 
@@ -203,9 +204,7 @@ def test_completion_offers_stages_pipelines_groups_and_keys(laboratory: ToyProje
         "COMP_WORDS": words,
         "COMP_CWORD": str(len(words.split()) - 1),
     }
-    done = subprocess.run(
-        laboratory.command(), cwd=laboratory.folder, env=environment, capture_output=True, text=True, check=False
-    )
+    done = warm_command.kendama([], laboratory.folder, environment, 240)
     assert offered in done.stdout.split(), (done.stdout, done.stderr)
 
 
@@ -213,9 +212,7 @@ def test_completion_offers_stages_pipelines_groups_and_keys(laboratory: ToyProje
     ("line", "replies"),
     [
         ("kendama run capture=ii", ["iiwa_kendama"]),
-        ("kendama run encode=", ["dmp", "paper"]),
         ("kendama run encode=paper capture=moc", ["mocap"]),
-        ("kendama plan -p im", ["imitation"]),
         ("kendama run capture.path='", []),
     ],
 )

@@ -53,6 +53,7 @@ def worker_of(process: subprocess.Popen[str]) -> list[int]:
     return [int(pid) for pid in children.read_text().split()] if children.exists() else []
 
 
+@portable_is_slow
 @pytest.mark.usefixtures("each_way")
 def test_kill_9_of_the_worker_fails_the_run_and_the_next_goes_on_to_the_same_bytes(toy: ToyProject) -> None:
     count = toy.folder / "count"
@@ -145,10 +146,10 @@ def test_ctrl_c_ends_with_130_and_one_line_and_keeps_what_was_done(toy: ToyProje
 def test_two_runs_at_once_compute_a_shared_stage_once(toy: ToyProject) -> None:
     count = toy.folder / "count"
     options = ("toy.steps=20", "toy.pause_s=0.05", f"toy.count_file={count}")
-    rivals = [toy.start("run", "-p", "toy", "--json", *options) for _ in range(3)]
+    rivals = [toy.start("run", "-p", "toy", "--json", *options) for _ in range(2)]
     documents = [json.loads(rival.communicate(timeout=180)[0]) for rival in rivals]
     assert count.read_text() == "x" * 20
-    assert sorted(statuses(document)["roll"] for document in documents) == ["cached", "cached", "ran"]
+    assert sorted(statuses(document)["roll"] for document in documents) == ["cached", "ran"]
     assert len({json.dumps(document["stages"][1]["metrics"]) for document in documents}) == 1
 
 
@@ -230,6 +231,7 @@ def test_a_home_that_cannot_be_written_is_one_line(toy: ToyProject) -> None:
     assert "cannot write" in done.stderr
 
 
+@portable_is_slow
 @pytest.mark.usefixtures("each_way")
 def test_no_lock_or_scratch_outlives_the_run_that_made_it(toy: ToyProject) -> None:
     toy.run_json()

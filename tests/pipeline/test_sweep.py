@@ -55,6 +55,7 @@ def test_a_shared_stage_is_computed_once(toy: ToyProject) -> None:
     assert [run["stages"][1]["status"] for run in runs] == ["ran"] * 3
 
 
+@portable_is_slow
 @pytest.mark.usefixtures("each_way")
 def test_a_failed_job_stops_no_other_and_a_second_sweep_does_only_what_is_missing(toy: ToyProject) -> None:
     runs = sweep(toy, "toy.fail_at=3,-1", "seed=1", expect=1)

@@ -7,6 +7,7 @@ or 10 s does not end with a refusal.
 from __future__ import annotations
 
 import bz2
+import functools
 import io
 import struct
 import subprocess
@@ -73,6 +74,7 @@ def mcap(compression: str, packed: bytes, size: int) -> bytes:
     return magic + record(1, text("x") + text("y")) + record(6, chunk) + end + magic
 
 
+@functools.cache
 def squeezed(method: str, blocks: int, block: bytes = ZEROS) -> bytes:
     """``block`` over and over, packed as a stream, so that this process does not hold it either."""
     out = io.BytesIO()
@@ -118,8 +120,7 @@ def array_head(count: int) -> bytes:
     return head.getvalue()
 
 
-@pytest.mark.parametrize(("reader", "named"), [("taught", "arrays.npz"), ("policy", "artifact.json")])
-def test_an_archive_whose_arrays_mean_gigabytes_is_refused(reader: str, named: str, tmp_path: Path) -> None:
+def test_an_archive_whose_arrays_mean_gigabytes_is_refused(tmp_path: Path) -> None:
     with (
         zipfile.ZipFile(tmp_path / "arrays.npz", "w", zipfile.ZIP_DEFLATED) as archive,
         archive.open("radius_px.npy", "w", force_zip64=True) as member,
@@ -128,7 +129,8 @@ def test_an_archive_whose_arrays_mean_gigabytes_is_refused(reader: str, named: s
         for _ in range(1152):
             member.write(ZEROS)
     (tmp_path / "artifact.json").write_text("{}")
-    assert "allowed: " in refused(reader, tmp_path / named)
+    assert "allowed: " in refused("taught", tmp_path / "arrays.npz")
+    assert "allowed: " in refused("policy", tmp_path / "artifact.json")
 
 
 def test_arrays_come_back_and_a_head_or_method_that_promises_more_is_refused() -> None:
@@ -145,6 +147,7 @@ def test_arrays_come_back_and_a_head_or_method_that_promises_more_is_refused() -
             unpacked_arrays(lying.getvalue())
 
 
+@functools.cache
 def png(side: int) -> bytes:
     def part(kind: bytes, body: bytes) -> bytes:
         return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))

@@ -166,8 +166,6 @@ def test_a_catch_without_reach_leaves_the_race_and_does_not_end_the_search(bundl
     def asking(reach_m: float) -> AdaptSettings:
         return dataclasses.replace(settings, uncertainty=dataclasses.replace(settings.uncertainty, min_reach_m=reach_m))
 
-    windows = [m for topic, _, m in _logged(bundled, asking(0.0)) if topic == "/adapt/window"]
-    assert len(windows) >= 1
     ctx = MemoryContext(1)
     with pytest.raises(
         StageError,
@@ -183,12 +181,6 @@ def test_a_catch_without_reach_leaves_the_race_and_does_not_end_the_search(bundl
     named = re.search(r"at tau_scale ([\d.]+), the best of them", str(refused.value))
     assert named is not None
     assert float(named[1]) == pytest.approx(float(made.metrics["tau_scale"] or 0), abs=0.015)
-
-
-def _logged(plan: MotionPlan, settings: AdaptSettings) -> list[tuple[str, float, Any]]:
-    ctx = MemoryContext(1)
-    _run(plan, settings, ctx)
-    return ctx.log.messages
 
 
 def test_if_tau_alone_fails_the_size_of_the_motion_is_searched(bundled: MotionPlan) -> None:

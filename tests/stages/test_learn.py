@@ -114,6 +114,7 @@ def test_reaching_the_cap_without_learning_ends_normally():
     assert metrics["rollouts_to_solved"] == 12
 
 
+@pytest.mark.slow  # a figure; tests/benchmarks/test_learning.py measures a seed of each table anew
 def test_the_honest_task_is_learned_where_the_null_model_and_the_pump_do_not_solve_it():
     """Six seeds that nothing was tuned on; what is reached is reported in docs/results/learning.md."""
     every = [learn(MemoryContext(seed), "hard", count__evaluation_rollouts=50).metrics for seed in range(1000, 1006)]
@@ -176,6 +177,7 @@ def test_what_is_learned_on_the_rail_may_be_validated_with_the_whole_arm(monkeyp
     assert told[0] == told[1]
 
 
+@pytest.mark.slow  # killed learning is here on the rail, side by side in test_frozen_rollouts.py
 def test_a_validation_side_by_side_that_is_killed_in_its_midst_ends_as_an_uninterrupted_one(monkeypatch):
     settings = learn_settings("easy", IN_DART, count__solved_streak=18, count__evaluation_rollouts=1)
 

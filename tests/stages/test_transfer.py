@@ -12,12 +12,23 @@ import pytest
 
 from kendama_cli.artifacts.motion_plan import CatchMotion
 from kendama_cli.artifacts.policy import PolicyArtifact
+from kendama_cli.control.settings import TransferSettings
 from kendama_cli.devices.robot.exchange_log import RememberingRobot
 from kendama_cli.devices.robot.interface import Exchange, JointCommand
 from kendama_cli.errors import HardwareError
 from kendama_cli.stages.interface import StageResult
+from kendama_cli.stages.transfer.stage import Transfer
 from tests.memory_context import MemoryContext
-from tests.stages.transfer_setup import FULL, GAME, SHORT, TWIN, stage
+from tests.stages.transfer_setup import ADAPT, FULL, GAME, SHORT, TWIN
+from tests.stages.transfer_setup import stage as full_stage
+
+BLIND = dataclasses.replace(ADAPT, catch="open_loop")
+"""A visual catch is checked wherever it may bring the arm, for seconds: tests/control does, and the whole game."""
+
+
+def stage(settings: TransferSettings = SHORT) -> Transfer:
+    """The stage as its pipeline would build it, of an imitation without visual catch."""
+    return full_stage(settings, adapt=BLIND)
 
 
 def same(one: StageResult, ctx: MemoryContext, other: StageResult, other_ctx: MemoryContext) -> bool:

@@ -156,7 +156,7 @@ def test_a_flipped_byte_never_changes_what_is_read(tmp_path, compression):
     bad = tmp_path / "bad.mcap"
     rng = np.random.default_rng(4)
     refused = 0
-    for place in rng.choice(np.arange(8, len(whole)), 150, replace=False):
+    for place in rng.choice(np.arange(8, len(whole)), 60, replace=False):
         flipped = bytearray(whole)
         flipped[place] ^= 1 << int(rng.integers(8))
         bad.write_bytes(flipped)
@@ -166,7 +166,7 @@ def test_a_flipped_byte_never_changes_what_is_read(tmp_path, compression):
             refused += 1
         else:
             assert np.array_equal(position_m, P)
-    assert refused > 100
+    assert refused > 40
 
 
 def test_no_mcap_at_all(tmp_path):

@@ -91,8 +91,7 @@ def test_no_board_and_a_board_of_another_kind_are_not_seen():
     assert find_board(Board(7, 5, 0.060, 0.044), shown, "the same, twice as large") is not None  # size cannot be seen
 
 
-@pytest.mark.parametrize("legacy", [False, True], ids=["of today", "before OpenCV 4.6"])
-@pytest.mark.parametrize(("columns", "rows"), [(5, 8), (6, 8), (8, 5)])
+@pytest.mark.parametrize(("columns", "rows", "legacy"), [(5, 8, False), (6, 8, True), (8, 5, True)])
 def test_boards_of_either_pattern_are_seen_and_calibrate_to_the_pinhole_that_saw_them(columns, rows, legacy):
     """The board is OpenCV's own, with another of its dictionaries; the camera is a homography of this test."""
     drawn = cv2.aruco.CharucoBoard(

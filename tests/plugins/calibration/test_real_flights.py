@@ -13,7 +13,13 @@ FOLDER = Path(__file__).parents[3].parent / "shared" / "data" / "jugglebot"
 
 
 @pytest.mark.recording
-@pytest.mark.parametrize("name", ["6_throws_minimal_tracking_loss.tsv", "3_throws_tracking_lost_on_each.tsv"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "6_throws_minimal_tracking_loss.tsv",
+        pytest.param("3_throws_tracking_lost_on_each.tsv", marks=pytest.mark.slow),
+    ],
+)
 def test_half_a_real_throw_foretells_its_end(name):
     """Measured: median 11.3 mm and 0.7 ms over 6 throws, 8.6 mm and 1.0 ms over the others."""
     if not FOLDER.is_dir():

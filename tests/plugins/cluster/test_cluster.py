@@ -29,7 +29,7 @@ from tests.toy_project import ToyProject, artifact_bytes, statuses
 distributed = pytest.importorskip("distributed")
 cluster_module = pytest.importorskip("kendama_cli.plugins.cluster.dask_cluster")
 
-SEEDS = "seed=range(0,8)"
+SEEDS = "seed=range(0,6)"
 SLOWLY = ("toy.steps=12", "toy.pause_s=0.03")
 
 

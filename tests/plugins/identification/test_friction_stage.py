@@ -103,7 +103,7 @@ def test_a_joint_without_the_room_to_be_excited_is_named_before_anything_moves()
 
 def test_a_motion_that_shows_too_little_names_the_joint() -> None:
     with pytest.raises(StageError, match=r"moved too little to identify its friction: .* raise identify.duration_s"):
-        run(dataclasses.replace(QUICK, amplitude_rad=1e-3, duration_s=4.0, held_out_s=4.0))
+        run(dataclasses.replace(QUICK, amplitude_rad=1e-3, duration_s=2.0, held_out_s=2.0))
 
 
 @pytest.mark.slow

@@ -42,7 +42,7 @@ def _hold(world, kind="impedance", *, steps, push_n=None, reference=None, after=
     return reference
 
 
-@pytest.mark.parametrize("load_n", [(12.0, 0.0, 0.0), (0.0, -9.0, 0.0), (0.0, 0.0, 15.0), (5.0, 5.0, -5.0)])
+@pytest.mark.parametrize("load_n", [(0.0, 0.0, 15.0), (5.0, 5.0, -5.0)])
 def test_a_known_load_deflects_the_tool_by_force_over_stiffness(load_n):
     stiffness = np.array([1500.0, 900.0, 600.0])
     world = _world()
