@@ -67,10 +67,14 @@ class AimPath:
 
 @dataclass(frozen=True)
 class Aim:
-    """Motion of predicted miss ``along_m`` on the path, with its goal moved in flight by ``shift_m`` (x, y)."""
+    """Motion of predicted miss ``along_m`` on the path, with its goal moved in flight by ``shift_m`` (x, y).
+
+    ``bent`` (d,) is what a search adds to the parameters of that motion where aiming has failed; empty for an aim.
+    """
 
     along_m: float
     shift_m: Miss = (0.0, 0.0)
+    bent: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ import numpy as np
 
 from kendama_cli.adaptation.aim import Aim, AimedRollout, AimPath, Miss, next_aim, observed_miss, path_of_motions
 from kendama_cli.adaptation.catch_family import BUMPED, CatchFamily
-from kendama_cli.adaptation.policy_search import PolicySearch
 from kendama_cli.adaptation.search_record import Attempt, MotionVariation, Search, Trial
 from kendama_cli.adaptation.settings import AdaptSettings
+from kendama_cli.learning.parameter_search import CmaSearch
 from kendama_cli.schema.arrays import Array
 
 IN_A_ROW = 3
@@ -58,13 +58,23 @@ class AimedMotions:
 
     def playable(self, aim: Aim) -> tuple[Aim, MotionVariation]:
         """Return ``aim`` with the goal's shift as large as the arm's limits allow, and its variation."""
-        bent = self._bent(self.path.parameters_at(aim.along_m))
+        bent = self._bent(self.path.parameters_at(aim.along_m) + (aim.bent or 0.0))
         for halvings in range(HALVINGS):
             shift_m = (aim.shift_m[0] / 2**halvings, aim.shift_m[1] / 2**halvings)
             variation = self._shifted(bent, shift_m)
             if self._family.limit(variation) is None:
-                return Aim(aim.along_m, shift_m), variation
-        return Aim(aim.along_m), bent
+                return dataclasses.replace(aim, shift_m=shift_m), variation
+        return dataclasses.replace(aim, shift_m=(0.0, 0.0)), bent
+
+    def searched(self, aimed: Sequence[AimedRollout], costs_m: Sequence[float], seed: int) -> Aim:
+        """Return the next motion of CMA-ES about the best of the rollouts that were ``aimed``, after these costs."""
+        policy, best = self._settings.policy, min(aimed, key=lambda one: math.hypot(*one.miss_m)).aim
+        complete, inside = divmod(len(costs_m), policy.generation)
+        generations = np.reshape(costs_m[: len(costs_m) - inside], (complete, policy.generation))
+        cma = CmaSearch(len(self.path.parameters[0]) + 2, policy.generation, seed)
+        *bent, x, y = cma.after(generations.tolist()).proposals[inside].tolist()
+        shift_m = (best.shift_m[0] + policy.spread_m * x, best.shift_m[1] + policy.spread_m * y)
+        return Aim(best.along_m, shift_m, tuple(bent))
 
     def _bent(self, parameters: Array) -> MotionVariation:
         """Return the motion of log tau and bumps (d,) in their first standard deviations, slower where it has to be."""
@@ -82,29 +92,21 @@ class AimedMotions:
 class AimSearch:
     """Rollouts in the perturbed simulations, each aimed by the misses of those before; CMA-ES where aiming fails."""
 
-    def __init__(self, settings: AdaptSettings, motions: AimedMotions, shape: PolicySearch, *, mouth_m: float) -> None:
-        """Take ``shape``, the search that is left where no aim leads to a catch."""
-        self._settings, self._motions, self._shape, self._mouth_m = settings, motions, shape, mouth_m
+    def __init__(self, settings: AdaptSettings, motions: AimedMotions, seed: int, *, mouth_m: float) -> None:
+        """Take the ``seed`` of CMA-ES."""
+        self._settings, self._motions, self._seed, self._mouth_m = settings, motions, seed, mouth_m
 
     def next_trial(self, search: Search) -> Trial | None:
         """Return the next trial, or None if the search has ended: repeats that confirm come last."""
         attempts = search.attempts
-        ended = _in_a_row(attempts) == IN_A_ROW or len(attempts) >= self._settings.policy.max_rollouts
-        if not ended:
-            aimed, next_ = self._aimed(attempts)
-            if next_ is not None:
-                return Trial("explore", next_, len(attempts), len(attempts))
-            trial = self._shape.next_trial(dataclasses.replace(search, attempts=attempts[aimed:]))
-            if trial is not None and trial.kind == "explore":
-                return dataclasses.replace(trial, index=len(attempts), group=len(attempts))
-            if trial is not None and trial.kind == "validate":
-                return trial
+        if _in_a_row(attempts) < IN_A_ROW and len(attempts) < self._settings.policy.max_rollouts:
+            return Trial("explore", self._next(attempts), len(attempts), len(attempts))
         best = self.best(search)
         return None if best is None else search.next_confirmation(best, self._settings.evaluation)
 
     def rollouts(self, search: Search) -> int:
         """Return the number of rollouts of the search; the repeats that confirm are no part of it."""
-        return self._shape.rollouts(search)
+        return sum(one.limit is None for one in search.attempts)
 
     def best(self, search: Search) -> MotionVariation | None:
         """Return the newest motion that caught, or None if there is none."""
@@ -115,16 +117,21 @@ class AimSearch:
         made = [one.caught for one in search.attempts if one.variation == variation]
         return sum(made) / len(made)
 
-    def _aimed(self, attempts: Sequence[Attempt]) -> tuple[int, MotionVariation | None]:
-        """Return the number of aimed ``attempts``, and the motion of the next; None where aiming has failed."""
+    def _next(self, attempts: Sequence[Attempt]) -> MotionVariation:
+        """Return the motion to play after ``attempts``; what the search has caught comes again while it catches."""
         rollouts: list[AimedRollout] = []
+        forward = self._motions.path.forward
         while (aim := next_aim(self._motions.path, rollouts, self._mouth_m)) is not None:
             aim, variation = self._motions.playable(aim)
             if len(rollouts) == len(attempts):
-                return len(rollouts), variation
+                return variation
             attempt = attempts[len(rollouts)]
-            rollouts.append(AimedRollout(aim, attempt.caught, missed(attempt, self._motions.path.forward)))
-        return len(rollouts), None
+            rollouts.append(AimedRollout(aim, attempt.caught, missed(attempt, forward)))
+        searched = attempts[len(rollouts) :]
+        if searched and searched[-1].caught:
+            return searched[-1].variation
+        costs_m = {one.variation: math.hypot(*missed(one, forward)) for one in searched}
+        return self._motions.playable(self._motions.searched(rollouts, list(costs_m.values()), self._seed))[1]
 
 
 def missed(attempt: Attempt, forward: float) -> Miss:

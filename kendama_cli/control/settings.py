@@ -108,7 +108,8 @@ class TransferSettings:
     )
     baseline: bool = setting("If true, the same robot also learns from an empty table, for comparison.")
     imitation_attempts: int = setting(
-        "The imitation is played at most this often. After a miss the motion is aimed by where the ball came down.",
+        "The imitation is played at most this often. After a miss the motion is aimed by where the ball came down; "
+        "where four steps in a row help little, CMA-ES searches its shape.",
         above=0,
     )
     outcome: str = setting(

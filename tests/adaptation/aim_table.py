@@ -25,7 +25,7 @@ from kendama_cli.adaptation.aim import Aim
 from kendama_cli.adaptation.aim_search import IN_A_ROW, AimedMotions, AimSearch, missed
 from kendama_cli.adaptation.aim_words import CAUGHT, SIDES, Outcome, next_aim_by_words
 from kendama_cli.adaptation.catch_family import CatchFamily, playable_tilt
-from kendama_cli.adaptation.policy_search import PolicySearch, cost_m
+from kendama_cli.adaptation.policy_search import cost_m
 from kendama_cli.adaptation.search_record import (
     MOUTH_SHARE,
     MotionVariation,
@@ -94,8 +94,7 @@ class Condition:
     def aimed(self, seed: int) -> list[bool]:
         """Return the catches of the aim until IN_A_ROW in a row."""
         search = self.search(seed)
-        shape = PolicySearch(self.settings, self.family, search.simulations.seeds[0], "cma")
-        method = AimSearch(self.settings, self.motions, shape, mouth_m=self.mouth_m)
+        method = AimSearch(self.settings, self.motions, search.simulations.seeds[0], mouth_m=self.mouth_m)
         while (trial := method.next_trial(search)) is not None and len(search.attempts) < MAX_ROLLOUTS:
             search = self.trials.run(search, trial)
         return [one.caught for one in search.attempts]

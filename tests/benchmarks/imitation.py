@@ -64,7 +64,7 @@ class Imitation:
         self.settings = dict(kendama.configuration(chosen, config_dir=folder))
         self.robot: RobotSettings = placed(self.settings["robot"], self._motion.placement)
         game, adapt = self.settings["game"], self.settings["adapt"]
-        self._aims = functools.cache(lambda: ImitationAims(self.robot, game, self._motion, adapt))
+        self._aims = functools.cache(lambda: ImitationAims(self.robot, game, self._motion, adapt, MOTION_SEED))
 
     def play(
         self,

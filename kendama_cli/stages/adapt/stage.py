@@ -89,8 +89,7 @@ def _method(settings: AdaptSettings, family: CatchFamily, bounds: Bounds, trials
             return TauSearch(settings, bounds)
         case "aim":
             motions = AimedMotions(settings, family, trials.as_modelled, settings.tau_start)
-            shape = PolicySearch(settings, family, seed, "cma")
-            return AimSearch(settings, motions, shape, mouth_m=bounds.mouth_m)
+            return AimSearch(settings, motions, seed, mouth_m=bounds.mouth_m)
         case name:
             return PolicySearch(settings, family, seed, name)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -32,10 +33,15 @@ class ImitationAims:
     motion and miss alike (``scaled_motion``), so that the simulations serve for every rope.
     """
 
-    def __init__(self, robot: RobotSettings, game: GameSettings, motion: CatchMotion, adapt: AdaptSettings) -> None:
-        """Take ``robot`` at the placement of ``motion``; about 180 motions are simulated (15 s)."""
+    def __init__(
+        self, robot: RobotSettings, game: GameSettings, motion: CatchMotion, adapt: AdaptSettings, seed: int
+    ) -> None:
+        """Take ``robot`` at the placement of ``motion``; about 180 motions are simulated (15 s).
+
+        ``seed`` is that of the search that is left where no aim leads to a catch.
+        """
         self._heading_rad = swing_heading_rad(motion.plan)
-        self._adapt = adapt
+        self._adapt, self._seed = adapt, seed
         self._arm = RobotModel(robot, game.cup, game.gravity_m_s2)
         self._world = ArmWorld(turned(robot, -self._heading_rad), game)
         plan = turned_plan(motion.plan, -self._heading_rad)
@@ -65,11 +71,15 @@ class ImitationAims:
             return Attempt(variation, False, None, None, 0.0, None, str(error))
         return attempt_of(variation, swing, result)
 
-    def next(self, played: Sequence[AttemptFigures], rope_scale: float) -> Aim | None:
-        """Return the aim after the attempts ``played``; None where aiming has failed."""
-        if words := [(self._aim(one), told) for one in played if (told := read_outcome(one.outcome)) is not None]:
+    def next(self, played: Sequence[AttemptFigures], rope_scale: float) -> Aim:
+        """Return the aim after the attempts ``played``; where aiming has failed, a motion of the search."""
+        if words := [(self.aim(one), told) for one in played if (told := read_outcome(one.outcome)) is not None]:
             return next_aim_by_words(self._motions.path, words)
-        return next_aim(self._motions.path, [self._rollout(one, rope_scale) for one in played], self._mouth_m)
+        rollouts = [self._rollout(one, rope_scale) for one in played]
+        aimed = [one for one in rollouts if not one.aim.bent]
+        aim = next_aim(self._motions.path, aimed, self._mouth_m)
+        costs_m = [math.hypot(*one.miss_m) for one in rollouts if one.aim.bent]
+        return self._motions.searched(aimed, costs_m, self._seed) if aim is None else aim
 
     def _rollout(self, one: AttemptFigures, rope_scale: float) -> AimedRollout:
         miss_m = None
@@ -77,10 +87,11 @@ class ImitationAims:
             x, y, _ = heading_turn(-self._heading_rad) @ np.array([*one.miss_m, 0.0]) / rope_scale
             miss_m = (float(x), float(y))
         miss_m = observed_miss(miss_m, (one.apex_m or 0.0) / rope_scale, self._motions.path.forward)
-        return AimedRollout(self._aim(one), one.caught, miss_m)
+        return AimedRollout(self.aim(one), one.caught, miss_m)
 
-    def _aim(self, one: AttemptFigures) -> Aim:
-        return self.first if one.along_m is None else Aim(one.along_m, one.shift_m)
+    def aim(self, one: AttemptFigures) -> Aim:
+        """Return the aim of an attempt."""
+        return self.first if one.along_m is None else Aim(one.along_m, one.shift_m, one.bent)
 
     def joints(self, aim: Aim, rope_scale: float) -> tuple[Aim, JointTrajectory, float]:
         """Return ``aim`` as near as the arm's limits allow, its motion for the rope, and its tau over the planned one.
@@ -97,4 +108,5 @@ class ImitationAims:
         """Return ``aim`` brought nearer to the planned motion by so many halvings."""
         part, first_m = 0.5**halvings, self.first.along_m
         x, y = aim.shift_m
-        return Aim(first_m + part * (aim.along_m - first_m), (part * x, part * y))
+        bent = tuple(part * one for one in aim.bent)
+        return Aim(first_m + part * (aim.along_m - first_m), (part * x, part * y), bent)

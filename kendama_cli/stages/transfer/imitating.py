@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from kendama_cli.adaptation.aim import Aim
 from kendama_cli.adaptation.settings import CorrectionSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.artifacts.proportion import Evaluation
@@ -30,6 +29,7 @@ from kendama_cli.stages.transfer.progress import AttemptFigures, Progress, RopeF
 from kendama_cli.stages.transfer.session import TransferSession
 
 if TYPE_CHECKING:  # it needs the simulator, which a policy alone does not
+    from kendama_cli.adaptation.aim import Aim
     from kendama_cli.stages.transfer.aiming import ImitationAims
 
 HALVINGS = 4
@@ -37,13 +37,13 @@ HALVINGS = 4
 
 
 def imitation_over(progress: Progress, settings: TransferSettings) -> bool:
-    """Return True if nothing is left to play: caught and repeated, or attempted as often as allowed, or given up."""
+    """Return True if nothing is left to play: caught and repeated, or attempted as often as allowed."""
     if progress.untold is not None:
         return False
     if any(progress.imitation):
         repeats = Evaluation(settings.imitation_repeats, settings.thorough)
         return not repeats.to_play(sum(progress.repeats), len(progress.repeats))
-    return progress.aim_failed or len(progress.attempts) >= settings.imitation_attempts
+    return len(progress.attempts) >= settings.imitation_attempts
 
 
 class ImitationSession:
@@ -94,9 +94,7 @@ class ImitationSession:
                 self._play(playable, "repeat", len(progress.repeats), game, around.adapt.catch == "visual")
                 continue
             chosen = attempts.next(progress.attempts)
-            progress.aim_failed = chosen is None
-            if chosen is not None:
-                self._play(chosen, "imitation", len(progress.attempts), game, around.adapt.catch == "visual")
+            self._play(chosen, "imitation", len(progress.attempts), game, around.adapt.catch == "visual")
 
     def _play(self, chosen: _Playable, phase: str, index: int, game: GameSettings, visual: bool) -> None:
         """Play ``chosen`` once, and log and keep what came of it."""
@@ -123,6 +121,7 @@ class ImitationSession:
             apex_m=None if math.isnan(played.apex_m) else played.apex_m - game.cup.rim_m,
             led=led,
             path_m=chosen.path_m,
+            bent=() if aim is None else aim.bent,
         )
         if self._told is None:
             messages += self._conclude(phase, figures, timed[-1][0])
@@ -186,20 +185,20 @@ class _Attempts:
     around: Surroundings
     rope_scale: float
 
-    def next(self, played: Sequence[AttemptFigures]) -> _Playable | None:
-        """Return the motion to play after the attempts ``played``; None where aiming has failed."""
+    def next(self, played: Sequence[AttemptFigures]) -> _Playable:
+        """Return the motion to play after the attempts ``played``."""
         told = [one for one in played if one.led and (one.outcome or one.apex_m is not None)]
         if self.aims is None or not told:
             return self.planned
         aims = self.aims()
-        aim = aims.next(told, self.rope_scale)
-        return None if aim is None else self._safe(aims, aim)
+        return self._safe(aims, aims.next(told, self.rope_scale))
 
     def again(self, one: AttemptFigures) -> _Playable:
         """Return the motion of an attempt."""
         if one.along_m is None or self.aims is None:
             return self.planned
-        return self._safe(self.aims(), Aim(one.along_m, one.shift_m))
+        aims = self.aims()
+        return self._safe(aims, aims.aim(one))
 
     def _safe(self, aims: ImitationAims, aim: Aim) -> _Playable:
         """Return the motion of ``aim``, nearer to the planned one where links, table, room or limits ask for it."""
@@ -220,5 +219,5 @@ def attempt_message(index: int, one: AttemptFigures) -> ImitationMessage:
     apex_m = math.nan if one.apex_m is None else one.apex_m
     along_m = math.nan if one.along_m is None else one.along_m
     return ImitationMessage(
-        index, along_m, *one.shift_m, one.caught, miss_x, miss_y, apex_m, one.led, one.outcome, one.path_m
+        index, along_m, *one.shift_m, one.caught, miss_x, miss_y, apex_m, one.led, one.outcome, one.path_m, one.bent
     )

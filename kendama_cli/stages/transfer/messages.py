@@ -70,6 +70,7 @@ class ImitationMessage:
 
     The aim is the miss along x that the model predicts for the motion, ``along_m``, and the shift of its goal in
     flight; nan for the motion as planned. ``led`` is False before the arm's servo was known that led later attempts.
+    ``bent`` are the changes of its parameters by a search, in their first standard deviations; empty for an aim.
     ``outcome`` are the words that told it, empty where the miss was measured; ``path_m`` are the least and the largest
     predicted miss of the motions that were simulated, empty before there were any.
     """
@@ -85,6 +86,7 @@ class ImitationMessage:
     led: bool
     outcome: str
     path_m: Collection[float]
+    bent: Collection[float]
 
 
 TOPICS: Mapping[str, type] = {

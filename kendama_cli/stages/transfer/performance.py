@@ -137,7 +137,8 @@ def _draw_aims(axes: Axes, told: Sequence[ImitationMessage]) -> None:
     for name, colour in _COLOURS.items():
         shift_mm = [1e3 * getattr(one, f"shift_{name}_m") for one in told]
         axes.plot(number, shift_mm, "o-", color=colour, lw=0.8, ms=4, label=f"goal, {name}")
-    axes.plot(number, [1e3 * one.along_m for one in told], "s-", color=INK, lw=0.8, ms=4, label="motion")
+    motion_mm = [math.nan if len(one.bent) else 1e3 * one.along_m for one in told]
+    axes.plot(number, motion_mm, "s-", color=INK, lw=0.8, ms=4, label="motion")
     axes.set_ylabel("aim [mm]")
     legend_above(axes, columns=3)
 

@@ -70,16 +70,16 @@ class AttemptFigures:
     led: bool
     outcome: str = ""
     path_m: tuple[float, ...] = ()
-    """Ends of the path of motions that the aim was chosen from."""
+    """Ends of the path of motions that the aim was chosen from; in ``bent`` a search's changes of the motion."""
+    bent: tuple[float, ...] = ()
 
     @staticmethod
     def of(numbers: Mapping[str, Any]) -> AttemptFigures:
         """Return the attempt of JSON values."""
         miss_m, (x, y) = numbers["miss_m"], numbers["shift_m"]
         missed = None if miss_m is None else (float(miss_m[0]), float(miss_m[1]))
-        return AttemptFigures(
-            **{**numbers, "shift_m": (float(x), float(y)), "miss_m": missed, "path_m": tuple(numbers["path_m"])}
-        )
+        ends = {name: tuple(numbers[name]) for name in ("path_m", "bent")}
+        return AttemptFigures(**{**numbers, **ends, "shift_m": (float(x), float(y)), "miss_m": missed})
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,6 @@ class Progress:
         self.before: list[bool] = list(state["before"])
         self.after: list[bool] = list(state["after"])
         self.attempts = [AttemptFigures.of(one) for one in state["imitation"]]
-        self.aim_failed = bool(state["aim_failed"])
         self.repeats: list[bool] = list(state["repeats"])
         self.untold = None if state["untold"] is None else UntoldRollout.of(state["untold"])
         self.rope_fit = None if state["rope_fit"] is None else RopeFitFigures(**state["rope_fit"])
@@ -141,7 +140,6 @@ class Progress:
             return cls(state, learn, transfer)
         fresh: dict[str, Any] = {name: [] for name in _RESULTS}
         fresh |= {
-            "aim_failed": False,
             "untold": None,
             "rope_fit": None,
             "servo": None,
@@ -159,7 +157,6 @@ class Progress:
             "before": list(self.before),
             "after": list(self.after),
             "imitation": [dataclasses.asdict(one) for one in self.attempts],
-            "aim_failed": self.aim_failed,
             "repeats": list(self.repeats),
             "untold": None if self.untold is None else dataclasses.asdict(self.untold),
             "rope_fit": None if self.rope_fit is None else dataclasses.asdict(self.rope_fit),

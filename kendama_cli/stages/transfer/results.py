@@ -110,7 +110,7 @@ ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "
 def imitation_words(caught_at: int | None, attempts: int, servo: str) -> str:
     """Return the rollout at which the swing was caught, and the words on the ``servo``, if there are any."""
     if caught_at is None:
-        caught = f"not caught in {count_of(attempts, 'rollout')}"
+        caught = f"not caught in {count_of(attempts, 'rollout')} (transfer.imitation_attempts)"
     else:
         caught = f"caught at {f'the {ORDINALS[caught_at - 1]} rollout' if caught_at <= 10 else f'rollout {caught_at}'}"
     return caught + (f"; the arm {servo}" if servo else "")

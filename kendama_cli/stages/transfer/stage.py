@@ -94,7 +94,8 @@ class Transfer:
             around = self._around(builder.arm, setup.game)
             _, held = around.correction(motion.joints, follow_from_s(motion))
             if motion.caught and not imitation_over(progress, settings):
-                aims = _aims(setup, motion, around.adapt, now=self._hardware.moves)
+                search = int(progress.rng("search", 0).integers(2**63))
+                aims = _aims(setup, motion, around.adapt, search, now=self._hardware.moves)
         told = None
         if motion is not None and settings.outcome != MEASURED and not imitation_over(progress, settings):
             told = ToldOutcomes(settings.outcome, ctx)
@@ -150,14 +151,16 @@ class Transfer:
         return Surroundings(arm, game, self._adapt, self._safety)
 
 
-def _aims(setup: GameSetup, motion: CatchMotion, adapt: AdaptSettings, *, now: bool) -> Callable[[], ImitationAims]:
-    """Return what simulates, once, the motions that may be played after a miss of ``motion``.
+def _aims(
+    setup: GameSetup, motion: CatchMotion, adapt: AdaptSettings, seed: int, *, now: bool
+) -> Callable[[], ImitationAims]:
+    """Return what simulates, once, the motions that may be played after a miss of ``motion``; a search has ``seed``.
 
     ``now``: at once, so that a real arm does not wait for it after a miss; else if there is one.
     """
     from kendama_cli.stages.transfer.aiming import ImitationAims  # noqa: PLC0415 - it needs the simulator
 
-    aims = functools.cache(lambda: ImitationAims(setup.robot, setup.game, motion, adapt))
+    aims = functools.cache(lambda: ImitationAims(setup.robot, setup.game, motion, adapt, seed))
     if now:
         aims()
     return aims

@@ -20,8 +20,8 @@ def servo(lag_s: float) -> ServoModel:
     [
         (3, 3, "lags 0.1 s", "caught at the third rollout; the arm lags 0.1 s"),
         (1, 1, "", "caught at the first rollout"),
-        (None, 5, "", "not caught in 5 rollouts"),
-        (None, 1, "sags 4 mm", "not caught in 1 rollout; the arm sags 4 mm"),
+        (None, 5, "", "not caught in 5 rollouts (transfer.imitation_attempts)"),
+        (None, 1, "sags 4 mm", "not caught in 1 rollout (transfer.imitation_attempts); the arm sags 4 mm"),
         (12, 12, "", "caught at rollout 12"),
     ],
 )

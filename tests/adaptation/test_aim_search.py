@@ -1,0 +1,94 @@
+"""The search that is left where no aim leads to a catch, in a made-up world beside its model."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from kendama_cli.adaptation.aim import MAX_POOR
+from kendama_cli.adaptation.aim_search import IN_A_ROW, AimedMotions, AimSearch
+from kendama_cli.adaptation.search_record import Attempt, MotionVariation, PerturbedSimulations, Search
+from kendama_cli.adaptation.settings import AdaptSettings
+from kendama_cli.schema.settings import build
+from kendama_cli.stages.transfer.aiming import ImitationAims
+from kendama_cli.stages.transfer.progress import AttemptFigures
+from tests.simulation.dart.bench_robot import adapt_values
+
+SETTINGS = build(AdaptSettings, adapt_values(), "adapt")
+POLICY = dataclasses.replace(SETTINGS.policy, max_rollouts=60)
+MOUTH_M, SEED = 0.03, 7
+FAMILY = SimpleNamespace(limit=lambda variation: None, within_limits=lambda variation, tau_range: variation)
+
+
+def modelled(variation: MotionVariation) -> Attempt:
+    """The model: tau and the first bump along x move the miss, the goal moves it back."""
+    tau = math.log(variation.tau_scale) / POLICY.spread_tau
+    x = -0.1 + 0.1 * tau + 0.1 * variation.bumps_m[0] / POLICY.spread_m - 0.9 * variation.shift_m[0]
+    return Attempt(variation, abs(x) < MOUTH_M, x, -0.9 * variation.shift_m[1], 0.2, (0.7, 0.9))
+
+
+def world(variation: MotionVariation) -> Attempt:
+    """Other than in the model the ball rises only by the first bump along z, of which the miss says nothing there."""
+    said = modelled(variation)
+    apex_m = 0.1 * variation.bumps_m[POLICY.bumps] / POLICY.spread_m - 0.05
+    if apex_m < 0.0:
+        return dataclasses.replace(said, caught=False, signed_miss_m=None, side_miss_m=None, apex_m=apex_m)
+    return dataclasses.replace(said, apex_m=apex_m)
+
+
+@pytest.fixture(scope="module")
+def motions() -> AimedMotions:
+    settings = dataclasses.replace(SETTINGS, policy=POLICY)
+    return AimedMotions(settings, cast("Any", FAMILY), modelled, 1.0)
+
+
+@pytest.fixture(scope="module")
+def searched(motions: AimedMotions) -> tuple[Attempt, ...]:
+    settings = dataclasses.replace(SETTINGS, policy=POLICY)
+    method = AimSearch(settings, motions, SEED, mouth_m=MOUTH_M)
+    seeded = PerturbedSimulations.seeded(SETTINGS.uncertainty, 0.4, 0, np.random.default_rng(1))
+    search = Search(seeded)
+    while (trial := method.next_trial(search)) is not None and trial.kind == "explore":
+        search = search.with_attempt(world(trial.variation))
+    return search.attempts
+
+
+def test_cma_es_catches_where_no_aim_does(searched: tuple[Attempt, ...]) -> None:
+    aimed = searched[: MAX_POOR + 1]
+    assert not any(one.caught for one in aimed)
+    assert all(world(one.variation).signed_miss_m is None for one in aimed), "none of them would catch when repeated"
+    assert len(searched) < POLICY.max_rollouts
+    assert [one.caught for one in searched[-IN_A_ROW:]] == [True] * IN_A_ROW
+    assert len({one.variation for one in searched}) == len(searched) - IN_A_ROW + 1, "the catch alone comes again"
+
+
+def test_transfer_plays_the_same_motions_and_none_twice(motions: AimedMotions, searched: tuple[Attempt, ...]) -> None:
+    aims = ImitationAims.__new__(ImitationAims)
+    vars(aims).update(_heading_rad=0.0, _motions=motions, _mouth_m=MOUTH_M, _seed=SEED)
+    played: list[AttemptFigures] = []
+    rope_scale = 1.1
+    for expected in searched[: 1 - IN_A_ROW]:
+        aim, variation = motions.playable(aims.next(played, rope_scale))
+        assert variation == expected.variation
+        attempt = world(variation)
+        missed_m = None
+        if attempt.signed_miss_m is not None:
+            missed_m = (rope_scale * attempt.signed_miss_m, rope_scale * (attempt.side_miss_m or 0.0))
+        figures = AttemptFigures(
+            aim.along_m,
+            aim.shift_m,
+            attempt.caught,
+            missed_m,
+            rope_scale * attempt.apex_m,
+            led=True,
+            bent=aim.bent,
+        )
+        played.append(AttemptFigures.of(json.loads(json.dumps(dataclasses.asdict(figures)))))
+    assert played[-1].caught
+    assert motions.playable(aims.aim(played[-1]))[1] == searched[-1].variation
