@@ -8,7 +8,8 @@ with `phase` the phase of the cup's error. Rows: `failing` and `phase` (the bund
 baseline), `alike` and `cma-alike` (both from the motion of the first row that the model says catches). By words alone,
 from the first row's motion: `words-2` (short, long), `words-6` (each with a grade), both with `-wrong` (each word drawn
 anew in one of ten), and `words-random` (six words, all drawn anew, the baseline); `words-lab` (twelve words, left and
-right among them) and `lab` (aimed) in simulations of `lab`.
+right among them) and `lab` (aimed) in simulations of `lab`. `beyond` (aimed, then CMA-ES) and `beyond-again` (aimed,
+then the best of these motions again and again, the baseline) are on an arm that lags by BEYOND_LAG_S, unled.
 """
 
 from __future__ import annotations
@@ -18,10 +19,11 @@ import dataclasses
 import functools
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from unittest import mock
 
 import numpy as np
 
-from kendama_cli.adaptation.aim import Aim
+from kendama_cli.adaptation.aim import Aim, AimedRollout
 from kendama_cli.adaptation.aim_search import IN_A_ROW, AimedMotions, AimSearch, missed
 from kendama_cli.adaptation.aim_words import CAUGHT, SIDES, Outcome, next_aim_by_words
 from kendama_cli.adaptation.catch_family import CatchFamily, playable_tilt
@@ -51,6 +53,7 @@ from tests.simulation.dart.bench_robot import ROOT, adapt_values, bench_arm, ken
 
 FIRST_SEED, LAST_SEED = 30000, 30059
 MAX_ROLLOUTS = 20
+BEYOND_LAG_S, BEYOND_ROLLOUTS = 0.12, 60
 SWING_4, ALL = "swing-04.csv", "swing-*.csv"
 BUNDLED_TAU = 1.143
 """The time scale that `adapt` finds for the mean of the bundled swings."""
@@ -60,16 +63,25 @@ class Condition:
     """Motion of the bundled demonstrations ``files`` at ``size`` and ``tau``, and the aims about it."""
 
     def __init__(
-        self, files: str, *, size: float, tau: float, phase_change: float = 0.0, uncertainty: str = "hard"
+        self,
+        files: str,
+        *,
+        size: float,
+        tau: float,
+        phase_change: float = 0.0,
+        uncertainty: str = "hard",
+        lag_s: float | None = None,
     ) -> None:
+        self.max_rollouts = MAX_ROLLOUTS if lag_s is None else BEYOND_ROLLOUTS
         made = build(AdaptSettings, adapt_values() | {"uncertainty": plain("adapt/uncertainty", uncertainty)}, "adapt")
         self.settings = settings = dataclasses.replace(
             made,
             uncertainty=dataclasses.replace(
                 made.uncertainty,
                 cup_error_phase_change=max(phase_change, made.uncertainty.cup_error_phase_change),
+                lag_s=made.uncertainty.lag_s if lag_s is None else (lag_s, lag_s),
             ),
-            policy=dataclasses.replace(made.policy, max_rollouts=MAX_ROLLOUTS),
+            policy=dataclasses.replace(made.policy, max_rollouts=self.max_rollouts),
             catch="open_loop",
             tau_start=tau,
             repeats=0,
@@ -95,9 +107,18 @@ class Condition:
         """Return the catches of the aim until IN_A_ROW in a row."""
         search = self.search(seed)
         method = AimSearch(self.settings, self.motions, search.simulations.seeds[0], mouth_m=self.mouth_m)
-        while (trial := method.next_trial(search)) is not None and len(search.attempts) < MAX_ROLLOUTS:
+        while (trial := method.next_trial(search)) is not None and len(search.attempts) < self.max_rollouts:
             search = self.trials.run(search, trial)
         return [one.caught for one in search.attempts]
+
+    def best_again(self, seed: int) -> list[bool]:
+        """Return the catches of the aim, and where it has failed those of its best motion, played again and again."""
+
+        def best(_: AimedMotions, aimed: Sequence[AimedRollout], costs_m: Sequence[float], seed: int) -> Aim:
+            return min(aimed, key=lambda one: float(np.hypot(*one.miss_m))).aim
+
+        with mock.patch.object(AimedMotions, "searched", best):
+            return self.aimed(seed)
 
     def by_words(self, seed: int, *, graded: bool, wrong: float = 0.0, sides: Sequence[str] = ALONG) -> list[bool]:
         """Return the catches of the aim by words, until the first one."""
@@ -174,6 +195,12 @@ def laboratory() -> Condition:
     return Condition(SWING_4, size=0.85, tau=1.0, uncertainty="lab")
 
 
+@functools.cache
+def beyond() -> Condition:
+    """Return the motion that no time scale catches, on an arm whose lag the model does not know."""
+    return Condition(SWING_4, size=0.85, tau=1.0, lag_s=BEYOND_LAG_S)
+
+
 def caught_in_the_model() -> Condition:
     """Return the first condition with the motion that the model says catches as its first."""
     made, motions = copy.copy(failing()), copy.copy(failing().motions)
@@ -197,18 +224,20 @@ ROWS: dict[str, Callable[[], Callable[[int], list[bool]]]] = {
     "words-random": lambda: functools.partial(failing().by_words, graded=True, wrong=1.0),
     "words-lab": lambda: functools.partial(laboratory().by_words, graded=True, sides=tuple(SIDES)),
     "lab": lambda: laboratory().aimed,
+    "beyond": lambda: beyond().aimed,
+    "beyond-again": lambda: beyond().best_again,
 }
 
 
-def first_catch(caught: Sequence[bool]) -> int:
-    """Return the number of the first catch, MAX_ROLLOUTS without one."""
-    return caught.index(True) + 1 if True in caught else MAX_ROLLOUTS
+def first_catch(caught: Sequence[bool], maximum: int) -> int:
+    """Return the number of the first catch, ``maximum`` without one."""
+    return caught.index(True) + 1 if True in caught else maximum
 
 
-def in_a_row(caught: Sequence[bool]) -> int:
-    """Return the number of rollouts to IN_A_ROW catches in a row, MAX_ROLLOUTS without them."""
+def in_a_row(caught: Sequence[bool], maximum: int) -> int:
+    """Return the number of rollouts to IN_A_ROW catches in a row, ``maximum`` without them."""
     ends = [k + 1 for k in range(IN_A_ROW - 1, len(caught)) if all(caught[k + 1 - IN_A_ROW : k + 1])]
-    return ends[0] if ends else MAX_ROLLOUTS
+    return ends[0] if ends else maximum
 
 
 def _mean(values: Sequence[float]) -> str:
@@ -223,12 +252,13 @@ def _fraction(flags: Sequence[bool]) -> str:
 
 def told(name: str, series: Sequence[list[bool]]) -> Iterator[str]:
     """Yield what the rollouts of all seeds say."""
-    firsts = [first_catch(one) for one in series]
+    maximum = BEYOND_ROLLOUTS if name.startswith("beyond") else MAX_ROLLOUTS
+    firsts = [first_catch(one, maximum) for one in series]
     yield f"{name}: first catch {_mean(firsts)}"
     for within in (1, 2, 3):
         yield f"{name}: by rollout {within} {_fraction([any(one[:within]) for one in series])}"
-    yield f"{name}: none within {MAX_ROLLOUTS} {_fraction([not any(one) for one in series])}"
-    yield f"{name}: three in a row {_mean([in_a_row(one) for one in series])}"
+    yield f"{name}: none within {maximum} {_fraction([not any(one) for one in series])}"
+    yield f"{name}: three in a row {_mean([in_a_row(one, maximum) for one in series])}"
 
 
 def main() -> None:
@@ -242,7 +272,7 @@ def main() -> None:
             series.append(play(seed))
             print(name, seed, "".join(".X"[one] for one in series[-1]), flush=True)
         print("\n".join(told(name, series)), flush=True)
-        firsts[name] = [first_catch(one) for one in series]
+        firsts[name] = [first_catch(one, MAX_ROLLOUTS) for one in series]
     if {"alike", "cma-alike"} <= set(firsts):
         difference = np.subtract(firsts["cma-alike"], firsts["alike"])
         print("cma-alike minus alike: first catch", _mean(difference.tolist()))
