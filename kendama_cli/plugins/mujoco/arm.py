@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.mujoco.arm_joints import ArmJoints, find_joints
+from kendama_cli.plugins.mujoco.files import has_motors
 from kendama_cli.plugins.mujoco.library import mujoco
+from kendama_cli.plugins.mujoco.motors import add_servos, tune_servos
 from kendama_cli.plugins.mujoco.placed import Pose, joint_axes, laid_upon, mean_pose
 from kendama_cli.plugins.mujoco.shapes import add_cup, ball_surface
 from kendama_cli.robot_model.cup import cup_frame
@@ -41,14 +44,16 @@ class MujocoArm:
 def build_arm(path: str, robot: RobotSettings, game: GameSettings, arm: RobotModel, timestep_s: float) -> MujocoArm:
     """Build the model of the file ``path``, which ``arm`` describes too, under our gravity and in our air.
 
-    Its own shapes touch nothing. Raises InputError where the file is no model of an arm with position servos, or where
-    its cup is more than MAX_DEVIATION_M from the URDF's at some joint angles.
+    Its own shapes touch nothing; where it has motors, servos turn them (motors.py). Raises InputError where the file is
+    no model of an arm with position servos, or where its cup is more than MAX_DEVIATION_M from the URDF's at some joint
+    angles.
     """
     spec = _read(path)
     spec.option.timestep = timestep_s
     spec.option.integrator = mujoco().mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.gravity = [0.0, 0.0, -game.gravity_m_s2]
     spec.option.density = spec.option.viscosity = 0.0
+    turned = add_servos(spec) if has_motors(Path(path)) else []
     model = _compiled(path, spec)
     joints = find_joints(path, model, arm.joint_names)
     place = _place(model, spec, joints, arm)
@@ -56,6 +61,7 @@ def build_arm(path: str, robot: RobotSettings, game: GameSettings, arm: RobotMod
     _add_ball(spec, game, timestep_s)
     model = _compiled(path, spec)
     joints = find_joints(path, model, arm.joint_names)
+    tune_servos(model, joints, turned, sampled_positions(arm))
     made = MujocoArm(model, joints, model.body(CUP).id, model.body(BALL).id, 0.0)
     deviation_m = cup_deviation_m(made, arm, game)
     if not deviation_m <= MAX_DEVIATION_M:
@@ -147,6 +153,7 @@ def _hold_cup(spec: Any, body: int, place: Pose, robot: RobotSettings, cup: CupS
     held = _body(spec, body).add_body(
         name=CUP,
         mass=cup.mass_kg,
+        gravcomp=_body(spec, body).gravcomp,
         ipos=[0.0, 0.0, cup.floor_m + cup.depth_m / 2],
         inertia=[lateral, lateral, cup.mass_kg * cup.radius_m**2],
         explicitinertial=1,

@@ -36,9 +36,9 @@ def arm_files(folder: Path) -> list[Path]:
 def read_lines(hardware: MujocoHardware) -> list[str]:
     """Return what a run says of the model in the closing lines."""
     path = Path(hardware.model)
-    return [
-        f"hardware: {path.name} of {path.parent.name}, with {count_of(len(brought_files(path)), 'file')} that it reads"
-    ]
+    servos = "; its motors take torques, so position servos of ours turn them" if has_motors(path) else ""
+    read = count_of(len(brought_files(path)), "file")
+    return [f"hardware: {path.name} of {path.parent.name}, with {read} that it reads{servos}"]
 
 
 def brought_files(path: Path) -> list[Path]:
@@ -58,6 +58,14 @@ def brought_files(path: Path) -> list[Path]:
         found |= there
         waiting += [one for one in there if one.suffix == ".xml"]
     return sorted(found)
+
+
+def has_motors(path: Path) -> bool:
+    """Return True if all actuators of joints in the model at ``path`` are motors that take torques, <motor>."""
+    roots = [_read(one) for one in (path, *brought_files(path)) if one.suffix == ".xml"]
+    lists = [made for root in roots if root is not None for made in root.iter("actuator")]
+    kinds = {one.tag for made in lists for one in made if one.get("joint")}
+    return kinds == {"motor"}
 
 
 def _is_arm(path: Path) -> bool:

@@ -18,6 +18,8 @@ from kendama_cli.devices.robot.conformance import CHECKS  # noqa: E402
 from kendama_cli.devices.robot.interface import JointCommand  # noqa: E402
 from kendama_cli.devices.robot.open_robot import open_robot  # noqa: E402
 from kendama_cli.errors import ConfigError, HardwareError, InputError, MissingPartError  # noqa: E402
+from kendama_cli.plugins.mujoco.files import read_lines  # noqa: E402
+from kendama_cli.plugins.mujoco.motors import RATE_RAD_S  # noqa: E402
 from kendama_cli.plugins.mujoco.robot import MujocoRobot  # noqa: E402
 from kendama_cli.robot_model.cup import cup_frame  # noqa: E402
 from kendama_cli.robot_model.model import RobotModel  # noqa: E402
@@ -194,6 +196,31 @@ def test_plain_commands_lag_behind_by_the_servos_time(model: str) -> None:
     for k in range(1, 251):
         told = robot.exchange(JointCommand(home + 0.004 * k * speed, speed, still))
     assert (told.sent.position_rad - told.state.position_rad)[0] / 0.3 == pytest.approx(0.1, rel=0.1)
+
+
+def motors(spec: Any) -> None:
+    for one in spec.actuators:
+        one.gainprm[0], one.biastype, one.biasprm[:3] = 1.0, mujoco.mjtBias.mjBIAS_NONE, [0.0] * 3
+        one.gear[0], one.ctrlrange, one.ctrllimited = 2.0, [-90.0, 90.0], True
+
+
+def test_motors_that_take_torques_become_servos_of_ours(tmp_path: Path) -> None:
+    """Critically damped at w = 50 rad/s a steady motion is followed 2 / w late; nothing sags; the torques stay."""
+    file = Path(own_iiwa(tmp_path, motors))
+    assert not any("servos of ours" in line for line in read_lines(hardware(str(file))))
+    file.write_text(file.read_text().replace("<general", "<motor"))
+    assert [line.endswith("so position servos of ours turn them") for line in read_lines(hardware(str(file)))] == [True]
+    robot, home, still = MujocoRobot(IIWA, GAME, hardware(str(file))), np.array(IIWA.home_rad), np.zeros(7)
+    told = robot.reset(home, 0)
+    assert told.state.position_rad == pytest.approx(home, abs=1e-3), "but for the ball's weight"
+    assert robot.arm.model.actuator_forcerange.tolist() == [[-180.0, 180.0]] * 7
+    weight_nm = RobotModel(IIWA, GAME.cup, GAME.gravity_m_s2).rigid_effort_nm(home, still, still)
+    assert told.state.effort_nm == pytest.approx(weight_nm, abs=0.5), "the motors carry arm and ball"
+    speed = np.array([0.3, 0, 0, 0, 0, 0, 0])
+    for k in range(1, 251):
+        told = robot.exchange(JointCommand(home + 0.004 * k * speed, speed, still))
+    late_s = (told.sent.position_rad - told.state.position_rad)[0] / 0.3
+    assert late_s == pytest.approx(2.0 / RATE_RAD_S - 0.002, rel=0.05), "a command is held for a period of 4 ms"
 
 
 def test_the_same_seed_gives_the_same_noise_and_game(model: str) -> None:
