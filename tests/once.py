@@ -43,15 +43,16 @@ def share_compositions(folder: Path) -> None:
     def composed(folders: tuple[Path, ...], states: tuple[tuple[Any, ...], ...], chosen: tuple[str, ...]) -> Any:
         contents = [(_place(path, folders), _content(path, state)) for path, *state in states]
         place = folder / hashlib.sha256(repr((contents, chosen)).encode()).hexdigest()
-        if place.exists():
-            config, read = pickle.loads(place.read_bytes())
-            if environment_now(read) == read:
-                return config, read
-        made = compose(folders, states, chosen)
-        part = place.with_suffix(f".{os.getpid()}")
-        part.write_bytes(pickle.dumps(made))
-        part.rename(place)
-        return made
+        with FileLock(f"{place}.lock", poll_interval=0.01):
+            if place.exists():
+                config, read = pickle.loads(place.read_bytes())
+                if environment_now(read) == read:
+                    return config, read
+            made = compose(folders, states, chosen)
+            part = place.with_suffix(".part")
+            part.write_bytes(pickle.dumps(made))
+            part.rename(place)  # whole, or not there if this process is killed
+            return made
 
     hydra_compose._compose_files = composed
 

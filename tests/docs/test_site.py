@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import os
 import re
@@ -16,6 +17,7 @@ from typer.main import get_command
 
 from kendama_cli.cli import docs
 from kendama_cli.cli.app import app
+from kendama_cli.config.compose import composed
 from kendama_cli.pipeline.catalogue import pipeline_names
 from kendama_cli.schema.declaration import find_stage, stage_names
 
@@ -25,11 +27,14 @@ COMMAND = [sys.executable, "-m", "kendama_cli.cli.main", "docs", "--no-show"]
 
 @pytest.fixture(scope="module")
 def declared() -> Any:
+    """The extension; values are those of the default configuration, as each of 45 variants takes a composition."""
     spec = importlib.util.spec_from_file_location("declared", ROOT / "docs" / "declared.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    defaults = functools.cache(lambda site: composed(site, []))
+    module.composed = lambda site, overrides: defaults(site)  # type: ignore[attr-defined]
     return module
 
 
