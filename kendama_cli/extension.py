@@ -30,14 +30,12 @@ if TYPE_CHECKING:
     from kendama_cli.devices.camera.interface import too_old as too_old
     from kendama_cli.devices.demonstrator.interface import Demonstrator as Demonstrator
     from kendama_cli.devices.demonstrator.interface import DemonstratorSample as DemonstratorSample
+    from kendama_cli.devices.demonstrator.live_figures import LiveFigures as LiveFigures
     from kendama_cli.devices.robot.interface import Exchange as Exchange
     from kendama_cli.devices.robot.interface import JointCommand as JointCommand
     from kendama_cli.devices.robot.interface import Robot as Robot
     from kendama_cli.devices.robot.interface import RobotState as RobotState
-    from kendama_cli.devices.robot.interface import TorqueExchange as TorqueExchange
-    from kendama_cli.devices.robot.interface import TorqueInterface as TorqueInterface
     from kendama_cli.devices.robot.limiter import limit_command as limit_command
-    from kendama_cli.devices.streams.live_figures import LiveFigures as LiveFigures
     from kendama_cli.errors import ConfigError as ConfigError
     from kendama_cli.errors import HardwareError as HardwareError
     from kendama_cli.errors import InputError as InputError
@@ -73,8 +71,6 @@ if TYPE_CHECKING:
     from kendama_cli.report.replay.performance import performance as performance
     from kendama_cli.report.source import StageLog as StageLog
     from kendama_cli.robot_model.arm_scene import ArmScene as ArmScene
-    from kendama_cli.robot_model.joint_torque import JointTorque as JointTorque
-    from kendama_cli.robot_model.joint_torque import TaskState as TaskState
     from kendama_cli.robot_model.limits import JointLimits as JointLimits
     from kendama_cli.schema.declaration import Headline as Headline
     from kendama_cli.schema.declaration import StageDeclaration as StageDeclaration

@@ -61,7 +61,7 @@ LONGEST_FIRST = (
     "faults/test_twin_process.py",
     "pipeline/test_cache.py",
     "plugins/teleoperation/haptic/test_device.py",
-    "docs/test_site.py",
+    "plugins/help/test_site.py",
     "plugins/course/test_exercises.py",
     "control/test_camera_observer.py",
     "plugins/publication/test_export.py",

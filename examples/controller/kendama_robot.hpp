@@ -16,7 +16,7 @@
 
 namespace kendama {
 using Joints = std::vector<double>;
-enum Kind : uint16_t { HELLO = 1, CHALLENGE, OPEN, WELCOME, RESET, COMMAND, STATE, HALT, STOPPED, TORQUE, TORQUE_STATE, WORKING };
+enum Kind : uint16_t { HELLO = 1, CHALLENGE, OPEN, WELCOME, RESET, COMMAND, STATE, HALT, STOPPED, WORKING = 12 };
 enum class Heard { nothing, reset, command, stop };  // for reset and command, answer() is due
 constexpr uint16_t VERSION = 5;
 constexpr double LET_GO_S = 60.0;

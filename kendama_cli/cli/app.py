@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from kendama_cli.cli import completion, options, render
-from kendama_cli.cli.docs import docs
 from kendama_cli.cli.groups import open_group
 from kendama_cli.cli.options import Arm, ConfigDir, Force, Home, Json, On, Overrides, PipelineName, Thorough, Until
 from kendama_cli.cli.robot import robot_app
 from kendama_cli.cli.runs import diff, runs_app
-from kendama_cli.cli.settings import config, explain
+from kendama_cli.cli.settings import config
 from kendama_cli.cli.setup import setup_app
 from kendama_cli.cli.tools import cache_app, log_app
 from kendama_cli.config.site import find_site
@@ -49,8 +48,6 @@ app.add_typer(runs_app, name="runs")
 app.add_typer(setup_app, name="setup")
 app.command()(config)
 app.command()(diff)
-app.command()(docs)
-app.command()(explain)
 USAGE = 2
 WIDTHS = (
     "Width of exported figures [88, wide ones 182]. Columns: IEEE 88 and 182, Nature 89 and 183, Elsevier 90 and 190, "
@@ -60,7 +57,7 @@ WIDTHS = (
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        from kendama_cli.cli.doctor import version_text
+        from kendama_cli.cli.version_line import version_text
 
         render.text(version_text())
         raise typer.Exit
@@ -234,24 +231,6 @@ def sweep(
     site = find_site(home, config_dir)
     words = options.words(overrides, thorough=thorough)
     return sweep_pipeline(site, pipeline, until, words, on=on, jobs=jobs, name=name, report=report, as_json=as_json)
-
-
-@app.command()
-def doctor(as_json: Json = False) -> int:
-    """Show installed and missing packages, and the needs of each optional part.
-
-    Example: kendama doctor
-    """
-    import dataclasses
-
-    from kendama_cli.cli.doctor import examine  # tries every import
-
-    parts = examine()
-    if as_json:
-        render.document([dataclasses.asdict(part) for part in parts])
-    else:
-        render.table([(part.name, part.state, part.detail) for part in parts], head=("part", "state", "detail"))
-    return 1 if any(part.state == "missing" for part in parts) else 0
 
 
 def run_command(arguments: list[str], asked: CommandKey | None) -> int:

@@ -38,7 +38,9 @@ def in_bash(answer: Callable[[], object]) -> str:
     return "\n".join(line[cut:] for line in printed.getvalue().splitlines())
 
 
-def _quietly(offer: Callable[[str], list[str]]) -> Callable[[str], list[str]]:
+def quietly(offer: Callable[[str], list[str]]) -> Callable[[str], list[str]]:
+    """Return ``offer`` for the words that begin as typed; empty where it fails."""
+
     @functools.wraps(offer)
     def complete(incomplete: str) -> list[str]:
         try:
@@ -49,7 +51,7 @@ def _quietly(offer: Callable[[str], list[str]]) -> Callable[[str], list[str]]:
     return complete
 
 
-@_quietly
+@quietly
 def pipelines(incomplete: str) -> list[str]:
     """Return the names of pipelines."""
     from kendama_cli.pipeline.catalogue import pipeline_names
@@ -57,7 +59,7 @@ def pipelines(incomplete: str) -> list[str]:
     return pipeline_names(find_site().pipeline_folders)
 
 
-@_quietly
+@quietly
 def stages(incomplete: str) -> list[str]:
     """Return the names of the stages of all pipelines."""
     from kendama_cli.pipeline.catalogue import load_pipeline, pipeline_names
@@ -66,7 +68,7 @@ def stages(incomplete: str) -> list[str]:
     return sorted({spec.name for name in pipeline_names(folders) for spec in load_pipeline(name, folders).stages})
 
 
-@_quietly
+@quietly
 def runs(incomplete: str) -> list[str]:
     """Return the ids of past runs, newest first."""
     from kendama_cli.store.home import run_names
@@ -74,7 +76,7 @@ def runs(incomplete: str) -> list[str]:
     return run_names(find_site().home)[::-1]
 
 
-@_quietly
+@quietly
 def selections(incomplete: str) -> list[str]:
     """Return the ids of past runs, newest first, and ``last``; after ``sweep:`` the names of sweeps."""
     from kendama_cli.pipeline.run_selection import LAST, SWEEP, sweep_names
@@ -86,7 +88,7 @@ def selections(incomplete: str) -> list[str]:
     return [*run_names(home)[::-1], LAST, SWEEP]
 
 
-@_quietly
+@quietly
 def export_formats(incomplete: str) -> list[str]:
     """Return the formats of ``log export``."""
     from kendama_cli.pipeline.log_export import EXPORTERS
@@ -95,7 +97,7 @@ def export_formats(incomplete: str) -> list[str]:
     return sorted(declared(EXPORTERS))
 
 
-@_quietly
+@quietly
 def executors(incomplete: str) -> list[str]:
     """Return the executors."""
     from kendama_cli.settings.executor import EXECUTORS
@@ -103,7 +105,7 @@ def executors(incomplete: str) -> list[str]:
     return EXECUTORS.kinds()
 
 
-@_quietly
+@quietly
 def artifacts(incomplete: str) -> list[str]:
     """Return STAGE of the newest run, then RUN/STAGE of the newest runs that begin so."""
     from kendama_cli.pipeline.record import read_run
@@ -117,7 +119,7 @@ def artifacts(incomplete: str) -> list[str]:
     return newest + [f"{record['run']}/{stage['name']}" for record in records[1:] for stage in record["stages"]]
 
 
-@_quietly
+@quietly
 def overrides(incomplete: str) -> list[str]:
     """Return groups, keys, and the options of a group after its ``=``."""
     from kendama_cli.config import compose
@@ -129,11 +131,3 @@ def overrides(incomplete: str) -> list[str]:
         return [f"{group}={option}" for option in group_options(site, group)]
     names = groups(site)
     return [*(f"{name}=" for name in names), *(f"{key}=" for key in compose.keys(site) if key not in names)]
-
-
-@_quietly
-def explained(incomplete: str) -> list[str]:
-    """Return the names that ``kendama explain`` knows."""
-    from kendama_cli.cli.explain import names_known
-
-    return names_known()

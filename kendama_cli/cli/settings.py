@@ -1,4 +1,4 @@
-"""The commands that print settings and tell what they mean."""
+"""The command that prints settings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from kendama_cli.cli import completion
-from kendama_cli.cli.options import ConfigDir, Home, Json
+from kendama_cli.cli.options import ConfigDir, Home
 from kendama_cli.config.site import find_site
 from kendama_cli.schema.registry import brought
 
@@ -41,23 +41,3 @@ def config(
 
     words = overrides or []
     show_configuration(site, [one for one in words if "=" in one], [one for one in words if "=" not in one])
-
-
-def explain(
-    names: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="NAME...", help="Keys, metrics, stages, topics or figures.", autocompletion=completion.explained
-        ),
-    ],
-    as_json: Json = False,
-    home: Home = None,
-    config_dir: ConfigDir = None,
-) -> None:
-    """Explain settings, metrics, stages, topics or figures.
-
-    Example: kendama explain learn.alpha
-    """
-    from kendama_cli.cli.explain import explain as explain_names
-
-    explain_names(find_site(home, config_dir), names, as_json=as_json)

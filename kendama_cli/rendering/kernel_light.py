@@ -243,16 +243,3 @@ def digitise(
                 noise = (np.float64(total) - BYTES_MEAN) / BYTES_SIGMA
                 seen = (electrons + noise * math.sqrt(electrons + read_e * read_e)) / full_well_e
                 out[y, x, i] = levels[int(min(max(seen, 0.0), 1.0) * top_level + 0.5)]
-
-
-@compiled
-def to_screen(tiles: Array, light: Array, levels: Array, out: Array) -> None:
-    """Write ``tiles`` of light (h, w, 3), RGB, to ``out`` as BGR by the table ``levels`` of light in [0, 1]."""
-    top_level = len(levels) - 1
-    across = (light.shape[1] + TILE - 1) // TILE
-    for tile in tiles:
-        top, left = tile // across * TILE, tile % across * TILE
-        for y in range(top, min(top + TILE, light.shape[0])):
-            for x in range(left, min(left + TILE, light.shape[1])):
-                for i in range(3):
-                    out[y, x, i] = levels[int(min(max(light[y, x, 2 - i], 0.0), 1.0) * top_level + 0.5)]

@@ -12,12 +12,14 @@ from kendama_cli.report.figure import Figure
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.report.source import StageLog
 from kendama_cli.schema.declaration import Headline, StageDeclaration, find_section, find_stage
-from kendama_cli.schema.registry import resolve
+from kendama_cli.schema.registry import declared, resolve
+
+COMPARISONS = "kendama.comparisons"
 
 
 @dataclass(frozen=True)
 class EnsembleChapter:
-    """The chapter of one stage in a comparison of runs; a declaration's ``ensemble_chapter`` names one.
+    """The chapter of one stage in a comparison of runs, by the stage's name in the group ``kendama.comparisons``.
 
     ``topics`` are the topics of the log that ``figures`` and ``tables`` (HTML) read. ``pooled``: whether the mean of
     a headline metric over the groups says something, as it does over bodies and not over ways to learn.
@@ -85,11 +87,11 @@ def performances(declaration: StageDeclaration, log: StageLog) -> list[Performan
 
 
 def ensemble_chapter(declaration: StageDeclaration | None) -> EnsembleChapter | None:
-    """Return the stage's chapter of a comparison; None where it declares none, or none that can be imported."""
-    if declaration is None or declaration.ensemble_chapter is None:
+    """Return the stage's chapter of a comparison; None where no package declares one that can be imported."""
+    if declaration is None or declaration.name not in (known := declared(COMPARISONS)):
         return None
     try:
-        found = resolve(declaration.ensemble_chapter, f"the comparison of stage '{declaration.name}'")
+        found = resolve(known[declaration.name], f"the comparison of stage '{declaration.name}'")
     except KendamaError:
         return None
     return found if isinstance(found, EnsembleChapter) else None

@@ -19,7 +19,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from kendama_cli.report.figure import Panel
 from kendama_cli.report.receiver import receiving
-from kendama_cli.report.style import INK, LINE, MUTED, PAPER, VARIABLES
+from kendama_cli.report.style import INK, LINE, MUTED, VARIABLES
 
 _STYLE: dict[str, Any] = {
     "svg.fonttype": "none",
@@ -165,8 +165,3 @@ def _svg(canvas: Canvas, name: str, alternative: str) -> str:
 
 def _two_decimals(number: re.Match[str]) -> str:
     return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
-
-
-def halo() -> dict[str, Any]:
-    """Return keyword arguments for text that must stay readable over lines."""
-    return {"bbox": {"facecolor": PAPER, "edgecolor": "none", "pad": 1.2}}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,33 +16,17 @@ from kendama_cli.robot_model.dart_library import dartpy
 from kendama_cli.robot_model.description import LIMITS, Description, dart_name
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings
-from kendama_cli.settings.interact import ProbeSettings
 from kendama_cli.settings.robot import RobotSettings
 
-POINT_KG_M2 = 1e-9
-"""Its mass is a point; DART wants an inertia that is not zero."""
-
-
-def attach_probe(skeleton: Any, holder: Any, place: Any, probe: ProbeSettings) -> Any:
-    """Weld the probe to the body ``holder`` at ``place`` (the ball's centre); returns its body."""
-    joint, body = skeleton.createWeldJointAndBodyNodePair(holder)
-    joint.setTransformFromParentBodyNode(place)
-    body.setName("probe")
-    body.setInertia(dartpy.dynamics.Inertia(probe.mass_kg, np.zeros(3), np.eye(3) * POINT_KG_M2))
-    node = body.createShapeNode(dartpy.dynamics.SphereShape(probe.radius_m))
-    node.setName("probe")
-    node.createCollisionAspect()
-    surface = node.createDynamicsAspect()
-    surface.setFrictionCoeff(probe.friction)
-    surface.setRestitutionCoeff(probe.restitution)
-    return body
+AttachTool = Callable[[Any, Any, Any], tuple[Any, Any]]
+"""Weld a tool to a body of a skeleton at a pose in its frame; returns its body, and the body of the rope's tie."""
 
 
 @dataclass(frozen=True)
 class Body:
     """DART's objects of one arm with its tool: whoever holds them holds a state that moves.
 
-    With a probe as the tool, ``cup`` and ``tie`` are both the probe. ``tip`` is the link that holds the handle, and
+    ``cup`` is the tool, ``tie`` its point at which the rope is tied. ``tip`` is the link that holds the handle, and
     ``tool_in_tip`` the tool's pose in its frame.
     """
 
@@ -61,7 +47,7 @@ class Body:
         skeleton.clearExternalForces()
 
 
-def build_body(description: Description, robot: RobotSettings, tool: CupSettings | ProbeSettings) -> Body:
+def build_body(description: Description, robot: RobotSettings, tool: CupSettings | AttachTool) -> Body:
     """Return the chain of ``description`` at the base pose of ``robot``, with ``tool``; joints are kept within
     their limits.
 
@@ -73,10 +59,8 @@ def build_body(description: Description, robot: RobotSettings, tool: CupSettings
     pose.set_rotation(cup_frame(robot.tool.cup_axis))
     pose.set_translation(np.array(robot.tool.handle_m))
     tip = skeleton.getBodyNode(dart_name(description.tip_link))
-    if isinstance(tool, ProbeSettings):
-        cup = tie = attach_probe(skeleton, tip, pose, tool)
-    else:
-        cup, tie = attach_cup(skeleton, tip, pose, tool)
+    attach = partial(attach_cup, cup=tool) if isinstance(tool, CupSettings) else tool
+    cup, tie = attach(skeleton, tip, pose)
     base = dartpy.math.Isometry3()
     base.set_rotation(heading_turn(robot.base_heading_rad))
     base.set_translation(np.array(robot.base_position_m))

@@ -8,14 +8,13 @@ import numpy as np
 
 from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.errors import ConfigError
-from kendama_cli.robot_model.body import Body, build_body
+from kendama_cli.robot_model.body import AttachTool, Body, build_body
 from kendama_cli.robot_model.composed import check_composed
 from kendama_cli.robot_model.description import dart_name, read_description
 from kendama_cli.robot_model.limit_doubts import placeholder_in
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings
-from kendama_cli.settings.interact import ProbeSettings
 from kendama_cli.settings.robot import RobotSettings
 
 TOP_SPEED_WITHIN_S = 0.15
@@ -47,7 +46,7 @@ class RobotModel:
     be used (see read_description), or where DART makes another arm of it than the file describes.
     """
 
-    def __init__(self, robot: RobotSettings, tool: CupSettings | ProbeSettings, gravity_m_s2: float) -> None:
+    def __init__(self, robot: RobotSettings, tool: CupSettings | AttachTool, gravity_m_s2: float) -> None:
         self.description = found = read_description(robot)
         self._tool = tool
         self.settings = robot
@@ -147,14 +146,6 @@ class RobotModel:
             for joint in body.joints
         ]
         return np.array([*positions, body.tip.getWorldTransform().translation()])
-
-    def tip_jacobian(self, position_rad: Array) -> Array:
-        """Return the Jacobian (6, n) of the tip link's linear and angular velocity, in its own frame and at its
-        origin.
-        """
-        body = self.posed(position_rad)
-        jacobian = body.skeleton.getJacobian(body.tip)
-        return np.vstack([jacobian[3:], jacobian[:3]])
 
     def rigid_effort_nm(self, position_rad: Array, velocity_rad_s: Array, acceleration_rad_s2: Array) -> Array:
         """Return the torques H q'' + C q' + g (n,) [Nm] of a motion by inverse dynamics, without friction and rope.

@@ -41,11 +41,11 @@ class Headline:
 class StageDeclaration:
     """One stage; it stands as ``STAGE`` in the ``__init__`` of the stage's folder, an entry point names it.
 
-    ``run``, ``returns``, ``chapter``, ``ensemble_chapter``, ``film``, ``replay`` and ``episodes`` are ``module:name``:
-    the stage's class; its artifact's frozen dataclass; what draws its chapter of a run's report (``StageLog ->
-    list[Figure]``); the ``EnsembleChapter`` of a comparison's; what draws the moving picture at the head of the page
-    (``StageLog -> str | None``); what its log adds to the replay in space there (``StageLog -> list[Performance]``);
-    what others can learn from in it (``StageLog``, frames per second ``-> Episodes | None``).
+    ``run``, ``returns``, ``chapter``, ``film``, ``replay`` and ``episodes`` are ``module:name``: the stage's class; its
+    artifact's frozen dataclass; what draws its chapter of a run's report (``StageLog -> list[Figure]``); what draws the
+    moving picture at the head of the page (``StageLog -> str | None``); what its log adds to the replay in space there
+    (``StageLog -> list[Performance]``); what others can learn from in it (``StageLog``, frames per second ``-> Episodes
+    | None``). Its chapter of a comparison of runs comes by the group ``kendama.comparisons`` (``EnsembleChapter``).
     ``settings`` are the schemas of the configuration nodes that this stage brings (a frozen dataclass, a union of them
     distinguished by ``kind``, or a Registry); ``topics`` the message dataclasses of its log, by topic.
 
@@ -80,7 +80,6 @@ class StageDeclaration:
     topics: Mapping[str, type]
     kind: Kind = "computes"
     chapter: str | None = None
-    ensemble_chapter: str | None = None
     film: str | None = None
     replay: str | None = None
     episodes: str | None = None

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import kendama_cli
-from kendama_cli.cli import doctor
+from kendama_cli.cli import version_line
 from tests import warm_command
 from tests.toy_project import ToyProject
 
@@ -234,18 +234,18 @@ def test_bash_which_cuts_words_at_equals_signs_is_answered_with_what_follows(
 
 
 def test_the_version_tells_commit_and_libraries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first, second = doctor.version_text().splitlines()
+    first, second = version_line.version_text().splitlines()
     assert first.startswith(f"kendama {kendama_cli.__version__}")
     assert {"python", "dartpy", "numpy"} <= {part.split()[0] for part in second.split(", ")}
     clone = tmp_path / "clone"
     (clone / "kendama_cli").mkdir(parents=True)
     (clone / "pyproject.toml").touch()
-    monkeypatch.setattr(doctor, "__file__", str(clone / "kendama_cli" / "cli" / "doctor.py"))
-    assert "commit" not in doctor.version_text()
+    monkeypatch.setattr(version_line, "__file__", str(clone / "kendama_cli" / "cli" / "version_line.py"))
+    assert "commit" not in version_line.version_text()
     git = ["git", "-C", str(clone), "-c", "user.name=a", "-c", "user.email=a@b"]
     for words in (["init", "-q"], ["add", "."], ["commit", "-q", "-m", "one"]):
         subprocess.run([*git, *words], check=True)
     commit = subprocess.check_output([*git, "rev-parse", "--short=10", "HEAD"], text=True).strip()
-    assert doctor.version_text().splitlines()[0].endswith(f"(commit {commit})")
+    assert version_line.version_text().splitlines()[0].endswith(f"(commit {commit})")
     (clone / "pyproject.toml").write_text("changed\n")
-    assert doctor.version_text().splitlines()[0].endswith(f"(commit {commit}, changed since)")
+    assert version_line.version_text().splitlines()[0].endswith(f"(commit {commit}, changed since)")

@@ -52,7 +52,6 @@ class CartRobot:
         self.tracking_late_n = tracking_late_n
         self.missed = 0
         self.realtime = False
-        self.torque = None
         self.reset(np.zeros(1), 0)
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:

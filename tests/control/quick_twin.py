@@ -30,7 +30,7 @@ class QuickTwin:
     """
 
     joint_names = ("x",)
-    missed, realtime, torque = 0, False, None
+    missed, realtime = 0, False
 
     def __init__(self, game: GameSettings, made: Imperfection, period_s: float = 0.004) -> None:
         ball = dataclasses.replace(game.ball, mass_kg=game.ball.mass_kg * made.mass_scale)

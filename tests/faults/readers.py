@@ -20,12 +20,12 @@ from kendama_cli.config.compose import composed
 from kendama_cli.config.site import bundled_root, find_site
 from kendama_cli.devices.camera.calibration import read_calibration
 from kendama_cli.devices.demonstrator.file import open_files
-from kendama_cli.devices.recordings.flight_reader import read_tracks
 from kendama_cli.learning.verification import load_policy
 from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.log.writer import McapLog
 from kendama_cli.motion.dmp.plan_text import plan_text
 from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.plugins.shared.recordings.flight_reader import read_tracks
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.capture import STAGE as CAPTURE

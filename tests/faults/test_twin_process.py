@@ -18,13 +18,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot.conformance import CHECKS
 from kendama_cli.devices.robot.interface import Exchange, JointCommand
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.devices.robot.udp.remote import UdpRobot
 from kendama_cli.devices.robot.udp.twin import serve_twin
 from kendama_cli.devices.robot.udp.twin_client import settings_document
 from kendama_cli.errors import HardwareError
+from kendama_cli.plugins.suites.robot import CHECKS
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import CommandHardware, HardwareSettings, TwinHardware
 from kendama_cli.settings.robot import RobotSettings

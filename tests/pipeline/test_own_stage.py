@@ -118,7 +118,7 @@ def test_a_broken_package_stops_only_those_who_use_it(toy_beside_ours: ToyProjec
 def test_doctor_lists_what_packages_declare_and_what_of_it_is_broken(toy: ToyProject) -> None:
     entries = toy.folder / "lib/toy-1.0.dist-info/entry_points.txt"
     entries.write_text(entries.read_text() + "lost = toy.nowhere:STAGE\n")
-    stages_alone = "from kendama_cli.cli import doctor; doctor.REQUIRED = doctor.EXTRAS = {}; "
+    stages_alone = "from kendama_cli.plugins.help import doctor; doctor.REQUIRED = doctor.EXTRAS = {}; "
     stages_alone += "doctor.groups = lambda: ['kendama.stages']"
     words = ("doctor", "--json")
     done = warm_command.kendama(words, toy.folder, toy.environment(), 240, before=stages_alone)

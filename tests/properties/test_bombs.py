@@ -32,12 +32,12 @@ READERS = {
     "read = lambda path: TrainedBall.from_bytes(path.read_bytes())",
     "policy": "from kendama_cli.learning.verification import load_policy\nread = lambda path: load_policy(str(path))",
     "image": "from kendama_cli.plugins.films.boxes import read_image as read",
-    "film": "from kendama_cli.devices.camera.video import VideoFile as read",
+    "film": "from kendama_cli.plugins.shared.videos.video import VideoFile as read",
     "picture": "import numpy as np\nfrom kendama_cli.rendering.background import _image\n"
     "read = lambda path: _image(path, np.zeros((2, 2)), np.zeros((2, 2)))",
     "urdf": "from kendama_cli.robot_model.urdf_tree import read_tree\nread = lambda path: read_tree(str(path))",
     "yaml": "from kendama_cli.schema.plain_yaml import load_yaml\nread = lambda path: load_yaml(path.read_text())",
-    "bag": "from kendama_cli.devices.recordings.rosbag import read_bag as read",
+    "bag": "from kendama_cli.plugins.shared.recordings.bag import read_bag as read",
 }
 CODE = """
 import resource, sys, pathlib

@@ -98,7 +98,7 @@ def test_where_the_system_has_no_display_library_dart_alone_fails_and_the_stages
 def test_doctor_says_whose_display_libraries_are_used(tmp_path: Path) -> None:
     """The doctor is narrowed to the parts that this test reads: it would import every other one too."""
     code = (
-        "from kendama_cli.cli import doctor; doctor._declared = list; doctor.EXTRAS = {};"
+        "from kendama_cli.plugins.help import doctor; doctor._declared = list; doctor.EXTRAS = {};"
         "doctor.REQUIRED = {'dartpy': doctor.REQUIRED['dartpy']};"
         "print(*(f'{part.name} {part.state} {part.detail}' for part in doctor.examine()), sep='\\n')"
     )

@@ -13,7 +13,6 @@ class Bench:
     period_s = 0.004
     realtime = False
     missed = 0
-    torque = None  # no torque commands
 
     def __init__(self, compliance_rad_nm):
         ones = np.ones(2)

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from kendama_cli.extension import JointTorque
-from kendama_cli.plugins.interact.extension import pose_error
+from kendama_cli.plugins.interact.extension import JointTorque, pose_error
 
 
 class Controller:

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from kendama_cli.devices.demonstrator.live_figures import Tell, silent
 from kendama_cli.devices.demonstrator.settings import DEMONSTRATORS, CaptureSettings
-from kendama_cli.devices.streams.live_figures import Tell, silent
 from kendama_cli.schema.arrays import Array, set_arrays
 
 

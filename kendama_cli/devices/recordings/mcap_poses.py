@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable, Collection, Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,7 @@ from google.protobuf.timestamp_pb2 import Timestamp
 
 from kendama_cli.devices.recordings.body_track import BodyTrack
 from kendama_cli.devices.recordings.poses import OF_FOXGLOVE, OF_ROS, Pose, PoseTrack, PoseTracks
-from kendama_cli.devices.recordings.rosbag import ros_decoder
-from kendama_cli.errors import InputError
+from kendama_cli.errors import InputError, MissingPartError, install_line
 from kendama_cli.log.container import REMEDY, ChannelContent
 from kendama_cli.log.reader import LogFile
 
@@ -111,3 +111,33 @@ def _stamped(value: Any) -> Any:
         stamp = Timestamp(seconds=int(value["sec"]), nanos=int(value["nsec"]))
         return stamp.ToJsonString()
     return {key: _stamped(one) for key, one in value.items()}
+
+
+def ros_types(path: Path, version: int = 2) -> Any:
+    """Return the store of the message types of ROS 1 or 2; raises MissingPartError without ``rosbags``."""
+    typesys = rosbags(path, "rosbags.typesys")
+    return typesys.get_typestore(typesys.Stores.ROS2_HUMBLE if version == 2 else typesys.Stores.ROS1_NOETIC)
+
+
+def ros_decoder(path: Path, encoding: str) -> Callable[[bytes, str], Any]:
+    """Return what makes a message of a named type of ``cdr`` (ROS 2) or ``ros1``, and raises ValueError otherwise."""
+    store = ros_types(path, 2 if encoding == "cdr" else 1)
+    read = store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
+    wrong = rosbags(path, "rosbags.serde").SerdeError
+
+    def decoded(data: bytes, kind: str) -> Any:
+        try:
+            return read(data, kind)
+        except (wrong, AssertionError, IndexError) as damaged:
+            raise ValueError(str(damaged)) from None
+
+    return decoded
+
+
+def rosbags(path: Path, module: str) -> Any:
+    try:
+        return import_module(module)
+    except ImportError:
+        raise MissingPartError(
+            "rosbags", f"{path}: reading messages of ROS needs the library rosbags: {install_line('ros')}"
+        ) from None

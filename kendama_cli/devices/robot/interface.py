@@ -7,8 +7,6 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from kendama_cli.errors import HardwareError
-from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array, set_arrays
 
@@ -82,55 +80,6 @@ class Exchange:
     scene: SceneState | None = None
 
 
-@dataclass(frozen=True)
-class BodyPose:
-    """True pose of one movable body of the scene: centre (3,) [m] and rotation (3, 3), in the world."""
-
-    name: str
-    position_m: Array
-    rotation: Array
-
-
-@dataclass(frozen=True)
-class ContactTruth:
-    """Truth that only a simulated robot knows: the body that the tool touches, or "", and the movable bodies' poses."""
-
-    touched: str
-    bodies: tuple[BodyPose, ...]
-
-
-@dataclass(frozen=True)
-class TorqueExchange:
-    """One period under torque: what was commanded after the limits, the state after it, its time [s]."""
-
-    sent: JointTorque
-    state: RobotState
-    t_s: float
-    truth: ContactTruth | None = None
-
-
-class TorqueInterface(Protocol):
-    """Torque commands, for a robot that carries its own weight, Coriolis forces and known friction.
-
-    Position and torque commands are not mixed: the first one after a ``reset`` says which are taken until the next.
-    """
-
-    period_s: float
-    effort_nm: Array
-    """(n,) largest torque of each joint"""
-
-    def exchange(self, command: JointTorque) -> TorqueExchange:
-        """Carry out one period of torque control; raises HardwareError when the line or the robot has failed."""
-
-
-@runtime_checkable
-class BrakingTorque(TorqueInterface, Protocol):
-    """A TorqueInterface that can slow the joints down by itself, for periods in which no command came."""
-
-    def brake(self) -> TorqueExchange:
-        """Carry out one period of braking within the limits; raises as ``exchange``."""
-
-
 class Robot(Protocol):
     """An arm that holds the cup; one call of ``exchange`` is one control period.
 
@@ -141,10 +90,6 @@ class Robot(Protocol):
     limits: JointLimits
     period_s: float
     realtime: bool
-
-    @property
-    def torque(self) -> TorqueInterface | None:
-        """Torque commands, from the last ``reset`` on; None for a robot that takes none."""
 
     @property
     def missed(self) -> int:
@@ -167,9 +112,7 @@ class Robot(Protocol):
 
 
 class WrappedRobot:
-    """Robot that passes everything on to another one, by position commands only; a subclass changes what it is for."""
-
-    torque: TorqueInterface | None = None
+    """Robot that passes everything on to another one; a subclass changes what it is for."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
@@ -204,13 +147,3 @@ class RecoverableRobot(Protocol):
 
     def recover(self) -> None:
         """Leave the stop without moving; raises HardwareError where that is refused."""
-
-
-def torque_interface(robot: Robot, wanted_by: str) -> TorqueInterface:
-    """Return the torque interface of ``robot``; raises HardwareError if it has none."""
-    if robot.torque is None:
-        raise HardwareError(
-            f"{wanted_by} needs a robot that takes torque commands, and this one takes none: choose "
-            "hardware=simulated, hardware=twin or a robot that declares them; nothing was moved"
-        )
-    return robot.torque

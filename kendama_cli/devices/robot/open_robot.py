@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from kendama_cli.devices.robot.interface import Robot
-from kendama_cli.devices.robot.task import Task
 from kendama_cli.errors import ConfigError
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import ROBOTS, HardwareSettings
 from kendama_cli.settings.robot import RobotSettings
 
 
 @contextmanager
-def open_robot(hardware: HardwareSettings, robot: RobotSettings, task: Task) -> Iterator[Robot]:
+def open_robot(hardware: HardwareSettings, robot: RobotSettings, game: GameSettings) -> Iterator[Robot]:
     """Open the robot of the kind that ``hardware`` chooses, closed in the end.
 
     A robot that may be real has been armed before a stage begins (``kendama run --arm``, by the settings' ``moves``).
@@ -25,5 +25,5 @@ def open_robot(hardware: HardwareSettings, robot: RobotSettings, task: Task) -> 
             f"the settings of robot '{hardware.kind}' do not say whether it moves a real arm; "
             f"declare 'moves: ClassVar[bool]' in {type(hardware).__name__}: True needs --arm",
         )
-    with ROBOTS.maker(hardware.kind)(hardware, robot, task) as opened:
+    with ROBOTS.maker(hardware.kind)(hardware, robot, game) as opened:
         yield opened

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand
-from kendama_cli.devices.robot.simulated import SimulatedRobot, SimulatedTorque
-from kendama_cli.devices.robot.task import Task
+from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import SimulatedHardware, TwinHardware
 from kendama_cli.settings.robot import RobotSettings
 
@@ -29,11 +29,6 @@ class RebuiltRobot:
         self.realtime = False
         self.missed = 0
         self._halted = False
-
-    @property
-    def torque(self) -> SimulatedTorque:
-        """Torque commands for the robot that the last ``reset`` built."""
-        return self._robot.torque
 
     def exchange(self, command: JointCommand) -> Exchange:
         """Play one control period; raises HardwareError after ``halt``, SimulationError for what is not finite."""
@@ -56,17 +51,17 @@ class RebuiltRobot:
         self.halt()
 
 
-def rebuilt_robot(hardware: SimulatedHardware | TwinHardware, robot: RobotSettings, task: Task) -> RebuiltRobot:
+def rebuilt_robot(hardware: SimulatedHardware | TwinHardware, robot: RobotSettings, game: GameSettings) -> RebuiltRobot:
     """Make the simulated robot that the settings describe."""
     return RebuiltRobot(
         lambda: SimulatedRobot(
-            robot, task, imperfection=hardware.imperfection, control_period_s=hardware.control_period_s
+            robot, game, imperfection=hardware.imperfection, control_period_s=hardware.control_period_s
         )
     )
 
 
 @contextmanager
-def open_simulated(hardware: SimulatedHardware, robot: RobotSettings, task: Task) -> Iterator[RebuiltRobot]:
+def open_simulated(hardware: SimulatedHardware, robot: RobotSettings, game: GameSettings) -> Iterator[RebuiltRobot]:
     """Open the simulated robot in this process."""
-    with closing(rebuilt_robot(hardware, robot, task)) as made:
+    with closing(rebuilt_robot(hardware, robot, game)) as made:
         yield made

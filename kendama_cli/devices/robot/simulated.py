@@ -4,29 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import (
-    BodyPose,
-    ContactTruth,
-    Exchange,
-    JointCommand,
-    RobotState,
-    SceneState,
-    TorqueExchange,
-)
-from kendama_cli.devices.robot.limiter import ABSURD_FACTOR, ABSURD_RAD, check_command, check_values, nearest_command
-from kendama_cli.devices.robot.task import Task
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState
+from kendama_cli.devices.robot.limiter import ABSURD_RAD, check_command, check_values, nearest_command
 from kendama_cli.errors import HardwareError
 from kendama_cli.motion.even_spline import cubic_between
-from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
-from kendama_cli.settings.interact import InteractionTask
 from kendama_cli.settings.robot import Imperfection, RobotSettings
-from kendama_cli.settings.scene import StaticBody
 from kendama_cli.simulation.dart.arm_errors import Backlash, DriveDelay, Reference, WorldErrors
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 
@@ -74,13 +61,6 @@ def true_scene(world: ArmWorld) -> SceneState:
     )
 
 
-def true_contact(world: ArmWorld, moving: Sequence[str]) -> ContactTruth:
-    """Return the body that the probe touches, and the poses of the scene's ``moving`` bodies."""
-    transforms = [(name, world.scene.bodies[name].getWorldTransform()) for name in moving]
-    poses = [BodyPose(name, np.array(one.translation()), np.array(one.rotation())) for name, one in transforms]
-    return ContactTruth(world.sensor.touched, tuple(poses))
-
-
 def path_between(last: JointCommand, sent: JointCommand, *, steps: int, step_s: float) -> list[Reference]:
     """Return the reference at the end of every step: the cubic through both commands, the added torque on a line."""
     path = cubic_between(
@@ -91,28 +71,22 @@ def path_between(last: JointCommand, sent: JointCommand, *, steps: int, step_s: 
 
 
 class SimulatedRobot:
-    """A robot (see devices.robot.interface) that lives in DART: with the cup for a game, with the probe in a scene.
+    """A robot (see devices.robot.interface) that lives in DART.
 
     ``exchange`` runs ``control_period_s`` of 1 ms steps along the cubic between the last command and this one, after
     the limits; with an ``imperfection`` the reference arrives late and lagging, readings are noisy, and rope and
-    friction differ from the controller's model. Lag and latency are those of its drive, which torque passes by.
+    friction differ from the controller's model.
     """
 
     def __init__(
         self,
         robot: RobotSettings,
-        task: Task,
+        game: GameSettings,
         *,
         imperfection: Imperfection | None,
         control_period_s: float,
     ) -> None:
-        if isinstance(task, InteractionTask):
-            self._world = ArmWorld(robot, task.interact, task.scene)
-            self._moving = tuple(one.name for one in task.scene.bodies if not isinstance(one, StaticBody))
-        else:
-            self._world = ArmWorld(robot, task)
-            self._moving = ()
-        self._game = isinstance(task, GameSettings)
+        self._world = ArmWorld(robot, game)
         arm = self._world.arm
         self.joint_names = arm.joint_names
         self.limits = arm.limits
@@ -148,14 +122,18 @@ class SimulatedRobot:
             self._backlash = Backlash(start, self._imperfection.backlash_rad)
         self._world.perturb(errors)
         self._world.reset(start)
-        self._commands: type | None = None
         self._last = JointCommand(start, rest, rest)
         self._delay = DriveDelay((start, rest, rest, rest), latency_s=latency_s, lag_s=lag_s, step_s=STEP_S)
-        return Exchange(self._last, self._state(), 0.0, true_scene(self._world) if self._game else None)
+        return Exchange(self._last, self._state(), 0.0, true_scene(self._world))
 
     def exchange(self, command: JointCommand) -> Exchange:
         """Carry out one control period; raises HardwareError after ``halt`` or for a command that it refuses."""
-        self._accept(command)
+        self._refuse_when_halted()
+        try:
+            check_command(command, self.limits)
+        except HardwareError:
+            self.halt()
+            raise
         sent = nearest_command(self._last, command, self.limits, self.period_s)
         most = self.limits.effort_nm
         sent = dataclasses.replace(sent, effort_nm=np.clip(command.effort_nm, -most, most))
@@ -168,32 +146,7 @@ class SimulatedRobot:
                 noise = self._rng.normal(0.0, self._joint_noise, len(self.joint_names))
             self._world.step(q, v, a, noise, effort)
         self._last = sent
-        return Exchange(sent, self._state(), self._world.t_s, true_scene(self._world) if self._game else None)
-
-    @property
-    def torque(self) -> SimulatedTorque:
-        """Torque commands."""
-        return SimulatedTorque(self)
-
-    def exchange_torque(self, command: JointTorque) -> TorqueExchange:
-        """Play one step under ``command``, clipped to the motors' limits; raises HardwareError as ``exchange`` does."""
-        self._accept(command)
-        most = self.limits.effort_nm
-        sent = JointTorque(np.clip(command.torque_nm, -most, most), command.velocity_rad_s)
-        self._world.step_torque(sent)
-        return TorqueExchange(
-            sent, self._state(), self._world.t_s, None if self._game else true_contact(self._world, self._moving)
-        )
-
-    def brake_torque(self) -> TorqueExchange:
-        """Play one step in which every joint slows down at its acceleration limit: tau = -H min(|q'| / h, a)."""
-        speed, top = np.array(self._world.velocity_rad_s), self.limits.acceleration_rad_s2
-        slower = np.clip(speed / STEP_S, -top, top)
-        inertia = self._world.body.skeleton.getMassMatrix()  # its links carry rotors, as what they press on feels
-        if self._game:
-            arm = self._world.arm
-            inertia = arm.posed(self._world.position_rad).skeleton.getMassMatrix() + np.diag(arm.rotor_inertia_kg_m2)
-        return self.exchange_torque(JointTorque(-inertia @ slower, speed))
+        return Exchange(sent, self._state(), self._world.t_s, true_scene(self._world))
 
     def halt(self) -> None:
         """Stop and stay stopped."""
@@ -207,10 +160,8 @@ class SimulatedRobot:
         world = self._world
         n = len(self.joint_names)
         angles = world.position_rad + (self._rng.normal(0.0, self._joint_noise, n) if self._joint_noise > 0 else 0.0)
-        cup, ball, caught = world.tool_m, np.full(3, np.nan), False
-        if self._game:
-            cup, ball = np.array(world.ball.tie_m), np.array(world.ball.position_m)
-            caught = world.ball.is_in_cup()
+        cup, ball = np.array(world.ball.tie_m), np.array(world.ball.position_m)
+        caught = world.ball.is_in_cup()
         if self._tracking is not None:
             cup, ball = self._tracking.tracked(np.array([cup, ball]))
         if self._backlash is not None:
@@ -221,23 +172,6 @@ class SimulatedRobot:
     def _refuse_when_halted(self) -> None:
         if self._halted:
             raise HardwareError("the simulated robot is halted and stays so: open it anew")
-
-    def _accept(self, command: JointCommand | JointTorque) -> None:
-        """Raise HardwareError, and halt, for an absurd command, or one of another kind than those before it."""
-        self._refuse_when_halted()
-        try:
-            if isinstance(command, JointCommand):
-                check_command(command, self.limits)
-            else:
-                check_values("torque_nm", command.torque_nm, ABSURD_FACTOR * self.limits.effort_nm)
-                check_values("velocity_rad_s", command.velocity_rad_s, ABSURD_FACTOR * self.limits.velocity_rad_s)
-        except HardwareError:
-            self.halt()
-            raise
-        if self._commands not in (None, type(command)):
-            self.halt()
-            raise HardwareError("position and torque commands came without a reset between them: the robot halts")
-        self._commands = type(command)
 
 
 def _drawn(made: Imperfection, rng: np.random.Generator) -> WorldErrors:
@@ -252,21 +186,3 @@ def _drawn(made: Imperfection, rng: np.random.Generator) -> WorldErrors:
         tie_friction_m=made.tie_friction_m,
         gravity_tilt_rad=made.gravity_tilt_rad,
     )
-
-
-class SimulatedTorque:
-    """The TorqueInterface of a simulated robot: one command per step of the simulation."""
-
-    period_s = STEP_S
-
-    def __init__(self, robot: SimulatedRobot) -> None:
-        self.effort_nm = robot.limits.effort_nm
-        self._robot = robot
-
-    def exchange(self, command: JointTorque) -> TorqueExchange:
-        """Play one step; raises HardwareError after ``halt``, SimulationError if the motion is not finite."""
-        return self._robot.exchange_torque(command)
-
-    def brake(self) -> TorqueExchange:
-        """Play one step of braking; raises as ``exchange``."""
-        return self._robot.brake_torque()

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output, write_output
-from kendama_cli.devices.camera.video import VideoFile, shown_otherwise
-from kendama_cli.devices.camera.views import IMAGES, cameras_of, read_views
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.plugins.calibration.board import KINDS, Board, BoardSearch, BoardView
 from kendama_cli.plugins.calibration.calibration import CalibratedCamera, calibrate
 from kendama_cli.plugins.calibration.calibration_file import calibration_document, calibration_picture
-from kendama_cli.rendering.pictures import as_png
+from kendama_cli.plugins.shared.videos.pictures import as_png
+from kendama_cli.plugins.shared.videos.video import VideoFile, shown_otherwise
+from kendama_cli.plugins.shared.videos.views import IMAGES, cameras_of, read_views
 from kendama_cli.schema.hints import nearest
 
 PRINT_DPI, INCH_M = 300, 0.0254

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from kendama_cli.devices.camera.interface import StaleFrame, open_cameras
-from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.errors import ConfigError, InputError, UsageError
 from kendama_cli.plugins.calibration.csv_rows import csv_rows
+from kendama_cli.plugins.shared.videos.video import VideoFile
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.camera import CameraSettings, DeviceCamera
 from kendama_cli.vision.cameras.region import Region, whole

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from kendama_cli.plugins.calibration.board import Board
 from kendama_cli.plugins.calibration.calibration import CalibratedCamera
-from kendama_cli.rendering.pictures import GREEN, RED, draw_line, pixel_of, side_by_side, write_text
+from kendama_cli.plugins.shared.videos.pictures import GREEN, RED, draw_line, pixel_of, side_by_side, write_text
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.units import count_of
 

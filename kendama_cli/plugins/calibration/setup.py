@@ -20,7 +20,6 @@ from kendama_cli.config.compose import composed
 from kendama_cli.config.laboratory import read_setup
 from kendama_cli.config.site import Site
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
-from kendama_cli.devices.camera.views import cameras_of, read_views
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
@@ -29,6 +28,7 @@ from kendama_cli.plugins.calibration.board import Board, BoardSearch, BoardView
 from kendama_cli.plugins.calibration.hand_eye import PlacedCameras, place_cameras, place_on_link
 from kendama_cli.plugins.calibration.hand_poses import matching, read_hand_poses
 from kendama_cli.plugins.calibration.latency import Blinks, measure_delay
+from kendama_cli.plugins.shared.videos.views import cameras_of, read_views
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.units import count_of

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kendama_cli.devices.camera.clock import Clock
 from kendama_cli.devices.camera.image_loop import ImageLoop, ObservedImage, raise_stale
 from kendama_cli.devices.camera.interface import Camera, SceneSource, StaleFrame, open_cameras
 from kendama_cli.devices.camera.staged_flight import StagedFlight
+from kendama_cli.plugins.shared.videos.clock import Clock
 from kendama_cli.rendering.scene import ScenePose
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings

@@ -18,8 +18,8 @@ from kendama_cli.devices.camera.interface import (
     require_one_each,
     too_old,
 )
-from kendama_cli.devices.camera.video import VideoFile, read_image
 from kendama_cli.errors import InputError
+from kendama_cli.plugins.shared.videos.video import VideoFile, read_image
 from kendama_cli.schema.listed_file import listed_file
 from kendama_cli.settings.camera import FileCamera
 from kendama_cli.vision.cameras.camera_model import CameraModel

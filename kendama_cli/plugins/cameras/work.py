@@ -9,13 +9,13 @@ from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
-from kendama_cli.devices.camera.views import cameras_of, read_views
 from kendama_cli.errors import InputError, StageError, UsageError
 from kendama_cli.pipeline.inputs import resolve_files
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.plugins.cameras.check import check_cameras, figures
-from kendama_cli.rendering.pictures import as_png, check_picture
-from kendama_cli.vision.detection.colour import learn_from_clicks
+from kendama_cli.plugins.cameras.colour_learning import learn_from_clicks
+from kendama_cli.plugins.shared.videos.pictures import as_png, check_picture
+from kendama_cli.plugins.shared.videos.views import cameras_of, read_views
 
 
 def learn_ball(clicks: Sequence[str], radius_px: float, output: Path) -> None:

@@ -11,8 +11,8 @@ from typing import Any
 
 from kendama_cli.errors import KendamaError
 from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes
-from kendama_cli.system.listening import Listening
-from kendama_cli.system.loopback import NOT_FOUND, Answer, Asked, LoopbackServer
+from kendama_cli.plugins.shared.web.listening import Listening
+from kendama_cli.plugins.shared.web.loopback import NOT_FOUND, Answer, Asked, LoopbackServer
 
 ASSETS = {"boxes.css": "text/css", "boxes.js": "text/javascript"}
 POLICY = (

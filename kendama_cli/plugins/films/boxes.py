@@ -8,10 +8,10 @@ from pathlib import Path
 
 import cv2
 
-from kendama_cli.devices.camera.video import read_image
-from kendama_cli.devices.camera.views import IMAGES
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
+from kendama_cli.plugins.shared.videos.video import read_image
+from kendama_cli.plugins.shared.videos.views import IMAGES
 from kendama_cli.schema.units import count_of
 
 LAYOUT = (

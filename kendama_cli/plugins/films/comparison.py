@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.devices.camera.video import read_image
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.films.ball_box import BallBox
 from kendama_cli.plugins.films.boxes import read_boxes
+from kendama_cli.plugins.shared.videos.video import read_image
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.detection.interface import Sighting
 

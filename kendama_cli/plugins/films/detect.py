@@ -14,7 +14,6 @@ from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import Site
-from kendama_cli.devices.camera.video import read_image
 from kendama_cli.errors import InputError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, TrainedImage
@@ -23,6 +22,7 @@ from kendama_cli.plugins.films.comparison import compare, scored_boxes
 from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import TrainedBall, teach
+from kendama_cli.plugins.shared.videos.video import read_image
 from kendama_cli.vision.detection.interface import Detector, Sighting, make_detector
 from kendama_cli.vision.settings import DetectorSettings
 

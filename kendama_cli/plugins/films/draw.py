@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kendama_cli.cli import render
-from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.errors import UsageError
 from kendama_cli.plugins.films.box_page import BoxPage
 from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes, drawn_before
 from kendama_cli.plugins.films.film_stills import film_stills
 from kendama_cli.plugins.films.swing_boxes import swing_boxes
-from kendama_cli.system.listening import listen
+from kendama_cli.plugins.shared.videos.video import VideoFile
+from kendama_cli.plugins.shared.web.listening import listen
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, LEAST_CONTRAST, LEAST_SIDE_PX, BallBox, TrainedImage
 from kendama_cli.plugins.films.boxes import read_boxes, write_labelled
 from kendama_cli.plugins.films.film_stills import Stills
+from kendama_cli.plugins.shared.videos.video import VideoFile
 
 Drawn = tuple[BallBox, ...]
 

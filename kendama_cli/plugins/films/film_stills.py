@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.errors import InputError
+from kendama_cli.plugins.shared.videos.video import VideoFile
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.units import count_of
 from kendama_cli.vision.detection.interface import Image

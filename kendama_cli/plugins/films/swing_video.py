@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from kendama_cli.devices.camera.video import VideoFile, shown_otherwise, video_faults
 from kendama_cli.devices.demonstrator.file import RecordedDemonstrator, hands_of
+from kendama_cli.devices.demonstrator.live_figures import Tell, silent
 from kendama_cli.devices.demonstrator.recording import MIN_SAMPLES, Recording
 from kendama_cli.devices.demonstrator.segments import checked_swings
-from kendama_cli.devices.streams.live_figures import Tell, silent
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES
 from kendama_cli.plugins.films.box_follower import BoxFollower, BoxTrack
@@ -22,6 +21,7 @@ from kendama_cli.plugins.films.boxes import labelled, read_labelled
 from kendama_cli.plugins.films.swing_boxes import swing_boxes
 from kendama_cli.plugins.films.swing_plane import SwingPlane, SwingSight, swing_plane
 from kendama_cli.plugins.films.swing_settings import SwingVideoCapture
+from kendama_cli.plugins.shared.videos.video import VideoFile, shown_otherwise, video_faults
 from kendama_cli.schema.arrays import Array
 
 DOUBTFUL_SHARE = 0.9

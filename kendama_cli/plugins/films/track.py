@@ -13,7 +13,6 @@ import numpy as np
 from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
-from kendama_cli.devices.camera.video import VideoFile, video_faults
 from kendama_cli.errors import InputError, StageError, UsageError
 from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
 from kendama_cli.plugins.films.ball_film import FilmTrack, film_track
@@ -22,6 +21,7 @@ from kendama_cli.plugins.films.draw import boxes_for_track
 from kendama_cli.plugins.films.film_positions import FilmPositions, clock_offsets, from_one, from_several
 from kendama_cli.plugins.films.track_output import track_table
 from kendama_cli.plugins.films.track_overlay import draw_track
+from kendama_cli.plugins.shared.videos.video import VideoFile, video_faults
 from kendama_cli.vision.cameras.camera_model import CameraModel
 
 

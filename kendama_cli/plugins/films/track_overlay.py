@@ -7,9 +7,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.plugins.films.ball_film import FilmTrack
-from kendama_cli.rendering.video_writer import vp8_video
+from kendama_cli.plugins.shared.videos.video import VideoFile
+from kendama_cli.plugins.shared.videos.video_writer import vp8_video
 
 TRAIL_FRAMES = 12
 

@@ -16,7 +16,6 @@ import numpy as np
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
 from kendama_cli.devices.robot.limiter import approach, check_command
-from kendama_cli.devices.robot.task import Task, arm_of
 from kendama_cli.errors import ConfigError, HardwareError, MissingPartError, install_line
 from kendama_cli.plugins.franka.messages import (
     Begin,
@@ -35,6 +34,7 @@ from kendama_cli.plugins.franka.settings import FrankaHardware
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
 
 JOINTS = 7
@@ -45,11 +45,11 @@ _SETTLED_RAD = 0.005
 
 
 @contextmanager
-def open_franka(hardware: FrankaHardware, robot: RobotSettings, task: Task) -> Iterator[FrankaRobot]:
+def open_franka(hardware: FrankaHardware, robot: RobotSettings, game: GameSettings) -> Iterator[FrankaRobot]:
     """Open the arm at ``hardware.host``; raises ConfigError, MissingPartError without the library, HardwareError."""
     if importlib.util.find_spec(LIBRARY) is None:
         raise MissingPartError(LIBRARY, f"hardware=franka needs {LIBRARY}: {install_line('franka')}")
-    with closing(FrankaRobot(hardware, arm_of(robot, task))) as made:
+    with closing(FrankaRobot(hardware, RobotModel(robot, game.cup, game.gravity_m_s2))) as made:
         yield made
 
 
@@ -132,7 +132,6 @@ class FrankaRobot:
     """
 
     realtime = True
-    torque = None
 
     def __init__(self, hardware: FrankaHardware, arm: RobotModel) -> None:
         if len(arm.joint_names) != JOINTS:

@@ -10,10 +10,10 @@ from kendama_cli.control.cup_cart import CartStep, CupCart
 from kendama_cli.control.swing_state import SwingStateEstimator
 from kendama_cli.devices.robot.interface import Robot
 from kendama_cli.errors import StageError
-from kendama_cli.identification.kendama_fit import FreeSwing, swing_in_its_plane
 from kendama_cli.motion.braking import BRAKING_SHARE, BrakingLimiter
 from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.plugins.identification.settings import SwingMeasurement
+from kendama_cli.plugins.shared.kendama_fit import FreeSwing, swing_in_its_plane
 from kendama_cli.robot_model.placement.placement import CupLine
 from kendama_cli.settings.game import GameSettings
 

@@ -85,7 +85,7 @@ class Samples:
         rigid, tool = np.empty_like(position_rad), np.empty_like(position_rad)
         for k, sample in enumerate(zip(position_rad, velocity_rad_s, acceleration_rad_s2, strict=True)):
             rigid[k] = arm.rigid_effort_nm(*sample)
-            tool[k] = arm.tip_jacobian(sample[0]).T @ wrench[k]
+            tool[k] = _tip_jacobian(arm, sample[0]).T @ wrench[k]
         return rigid, tool
 
     def _require_motion(self, velocity_rad_s: Array, kept: Mask) -> None:
@@ -133,3 +133,10 @@ def _moving_on(velocity_rad_s: Array, window: int) -> Mask:
     half = window // 2
     steady[half : len(velocity_rad_s) - half] = np.abs(runs[window:] - runs[:-window]) == window
     return steady
+
+
+def _tip_jacobian(arm: RobotModel, position_rad: Array) -> Array:
+    """Return the Jacobian (6, n) of the tip link's linear and angular velocity, in its own frame and at its origin."""
+    body = arm.posed(position_rad)
+    jacobian = body.skeleton.getJacobian(body.tip)
+    return np.vstack([jacobian[3:], jacobian[:3]])

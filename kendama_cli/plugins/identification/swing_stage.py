@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.devices.recordings.flight_reader import RecordedTrack, read_tracks
 from kendama_cli.devices.robot.exchange_log import RememberingRobot, exchange_message
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import ConfigError, InputError
-from kendama_cli.identification.kendama_fit import FreeSwing, KendamaFit, measure_kendama, swing_in_its_plane
 from kendama_cli.plugins.identification.free_swing import free_swing
 from kendama_cli.plugins.identification.messages import FreeSwingMessage
 from kendama_cli.plugins.identification.settings import SwingMeasurement, TrackMeasurement
+from kendama_cli.plugins.shared.kendama_fit import FreeSwing, KendamaFit, measure_kendama, swing_in_its_plane
+from kendama_cli.plugins.shared.recordings.flight_reader import RecordedTrack, read_tracks
 from kendama_cli.robot_model.placement.placement import cup_line
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings

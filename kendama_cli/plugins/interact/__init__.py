@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from kendama_cli.plugins.interact.messages import TOPICS
+from kendama_cli.plugins.interact.settings import InteractSettings
 from kendama_cli.schema.declaration import Headline, StageDeclaration
-from kendama_cli.settings.interact import InteractSettings
 
 STAGE = StageDeclaration(
     name="interact",

@@ -15,13 +15,15 @@ from scipy.spatial import ConvexHull
 from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.plugins.interact.messages import ContactMessage
 from kendama_cli.report.figure import Figure, Panel, figure, lettered
-from kendama_cli.report.plot import drawing, halo, legend_above
+from kendama_cli.report.plot import drawing, legend_above
 from kendama_cli.report.source import StageLog
-from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, SERIES
+from kendama_cli.report.style import BALL, CUP, GOOD, INK, LINE, MUTED, PAPER, SERIES
 from kendama_cli.report.tables import number
 from kendama_cli.report.tracks import Array
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
 
+READABLE = {"facecolor": PAPER, "edgecolor": "none", "pad": 1.2}
+"""Box behind a text that must stay readable over lines."""
 _ROUND = np.linspace(0.0, 2 * math.pi, 48, endpoint=False)
 
 
@@ -155,7 +157,7 @@ def _friction(log: StageLog) -> Panel | None:
         measured = log.metrics.get("friction")
         if isinstance(measured, float):
             axes.axhline(measured, color=MUTED, lw=0.8, ls=(0, (4, 3)), label="_friction")
-            axes.text(0.1 * t[-1], measured, f"{measured:.2f}", va="center", color=MUTED, **halo())
+            axes.text(0.1 * t[-1], measured, f"{measured:.2f}", va="center", color=MUTED, bbox=READABLE)
         axes.set_xlim(0, t[-1])
         axes.set_ylim(bottom=0)
         axes.set_xlabel("time [s]")

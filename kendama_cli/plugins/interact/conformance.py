@@ -13,10 +13,8 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.motion.rotation import exp_of
-from kendama_cli.plugins.interact.impedance_law import TaskReference
-from kendama_cli.plugins.interact.interface import TaskController
+from kendama_cli.plugins.interact.interface import TaskController, TaskReference, TaskState
 from kendama_cli.plugins.interact.open_controller import make_controller
-from kendama_cli.robot_model.joint_torque import TaskState
 
 MakeController = Callable[[], TaskController]
 

@@ -1,6 +1,6 @@
 """Public names for task-space controllers of other packages, under the promise of ``kendama_cli.extension``."""
 
-from kendama_cli.plugins.interact.impedance_law import TaskReference, pose_error
-from kendama_cli.plugins.interact.interface import TaskController
+from kendama_cli.plugins.interact.impedance_law import pose_error
+from kendama_cli.plugins.interact.interface import JointTorque, TaskController, TaskReference, TaskState
 
-__all__ = ["TaskController", "TaskReference", "pose_error"]
+__all__ = ["JointTorque", "TaskController", "TaskReference", "TaskState", "pose_error"]

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kendama_cli.plugins.interact.impedance import impedance_of
-from kendama_cli.plugins.interact.impedance_law import TaskReference
+from kendama_cli.plugins.interact.interface import JointTorque, TaskReference, TaskState
 from kendama_cli.plugins.interact.settings import ForceControl
-from kendama_cli.robot_model.joint_torque import JointTorque, TaskState
 from kendama_cli.schema.arrays import Array
 
 FELT_SHARE = 0.1

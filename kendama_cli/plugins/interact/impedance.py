@@ -6,9 +6,9 @@ import dataclasses
 
 import numpy as np
 
-from kendama_cli.plugins.interact.impedance_law import Impedance, TaskReference
+from kendama_cli.plugins.interact.impedance_law import Impedance
+from kendama_cli.plugins.interact.interface import JointTorque, TaskReference, TaskState
 from kendama_cli.plugins.interact.settings import ImpedanceControl, TaskSpaceGains
-from kendama_cli.robot_model.joint_torque import JointTorque, TaskState
 from kendama_cli.schema.arrays import Array
 
 

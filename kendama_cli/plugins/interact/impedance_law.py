@@ -21,7 +21,7 @@ import numpy as np
 from scipy.linalg.lapack import dsygvd
 
 from kendama_cli.motion.rotation import log_of
-from kendama_cli.robot_model.joint_torque import JointTorque, TaskState
+from kendama_cli.plugins.interact.interface import JointTorque, TaskReference, TaskState
 from kendama_cli.schema.arrays import Array
 
 LEAST_MOBILITY = 2e-3
@@ -29,26 +29,6 @@ LEAST_MOBILITY = 2e-3
 the way that it cannot go. Postures that arms work in have 1e-2 and more, and keep the exact law."""
 
 LEAST_SINE = 1e-9
-
-
-@dataclass(frozen=True)
-class TaskReference:
-    """Reference of the tool now: pose, velocity and force."""
-
-    position_m: Array
-    """(3,) in the world"""
-    rotation: Array
-    """(3, 3)"""
-    velocity: Array
-    """(6,)"""
-    acceleration: Array
-    """(6,)"""
-    force_n: Array
-    """(3,) force that the tool shall exert on what it touches, in the world"""
-    force_axis: Array
-    """(3,) unit vector along which force, not position, is to be held; zero where there is none"""
-    force_share: float
-    """0..1: how far the springs along that axis have given way to the force"""
 
 
 def pose_error(reference: TaskReference, state: TaskState, *, spin_free: bool) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kendama_cli.plugins.interact.interface import TaskController
-from kendama_cli.settings.interact import CONTROLLERS, ControllerSettings
+from kendama_cli.plugins.interact.settings import CONTROLLERS, ControllerSettings
 
 
 def make_controller(settings: ControllerSettings) -> TaskController:

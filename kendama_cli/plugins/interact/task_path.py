@@ -8,9 +8,9 @@ import numpy as np
 
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.motion.rotation import exp_of, log_of
-from kendama_cli.plugins.interact.impedance_law import TaskReference
+from kendama_cli.plugins.interact.interface import TaskReference
+from kendama_cli.plugins.interact.settings import StepSettings
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.interact import StepSettings
 
 NO_AXIS = np.zeros(3)
 

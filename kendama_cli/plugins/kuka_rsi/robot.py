@@ -10,13 +10,13 @@ import numpy as np
 
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
 from kendama_cli.devices.robot.limiter import approach, check_command
-from kendama_cli.devices.robot.task import Task, arm_of
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.plugins.kuka_rsi.link import RsiLink, in_degrees
 from kendama_cli.plugins.kuka_rsi.settings import RsiHardware
 from kendama_cli.plugins.kuka_rsi.telegram import AXES, Telegram, ahead_ms
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import RobotSettings
 
 _SETTLED_DEG = 0.2
@@ -24,9 +24,9 @@ _SETTLE_S = 2.0
 
 
 @contextmanager
-def open_rsi(hardware: RsiHardware, robot: RobotSettings, task: Task) -> Iterator[RsiRobot]:
+def open_rsi(hardware: RsiHardware, robot: RobotSettings, game: GameSettings) -> Iterator[RsiRobot]:
     """Open the arm at its first telegram; raises ConfigError, MissingPartError if none comes, HardwareError."""
-    with closing(RsiRobot(hardware, arm_of(robot, task))) as made:
+    with closing(RsiRobot(hardware, RobotModel(robot, game.cup, game.gravity_m_s2))) as made:
         yield made
 
 
@@ -39,7 +39,6 @@ class RsiRobot:
     """
 
     realtime = True
-    torque = None
 
     def __init__(self, hardware: RsiHardware, arm: RobotModel) -> None:
         n = len(arm.joint_names)

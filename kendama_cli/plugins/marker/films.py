@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
-from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.devices.demonstrator.file import RecordedDemonstrator, hands_of
+from kendama_cli.devices.demonstrator.live_figures import Tell, silent
 from kendama_cli.devices.demonstrator.recording import Recording
 from kendama_cli.devices.demonstrator.segments import checked_swings
-from kendama_cli.devices.streams.live_figures import Tell, silent
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.motion.rotation import exponential, inverse, log_of, multiply, rotated
 from kendama_cli.plugins.marker.detection import MarkerDetector
 from kendama_cli.plugins.marker.pose import PoseCandidate, marker_poses
 from kendama_cli.plugins.marker.pose_track import PoseTrack, smooth
 from kendama_cli.plugins.marker.settings import MarkerCapture, MarkerSettings
+from kendama_cli.plugins.shared.videos.video import VideoFile
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel
 

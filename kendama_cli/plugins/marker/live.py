@@ -11,7 +11,7 @@ from pathlib import Path
 import cv2
 
 from kendama_cli.devices.demonstrator.file import RecordedDemonstrator
-from kendama_cli.devices.streams.live_figures import LiveFigures, Tell
+from kendama_cli.devices.demonstrator.live_figures import LiveFigures, Tell
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.plugins.marker.films import FEWEST_SEEN, films_of
 from kendama_cli.plugins.marker.settings import MarkerLiveCapture

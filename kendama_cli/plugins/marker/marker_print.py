@@ -12,7 +12,7 @@ from kendama_cli.cli import render
 from kendama_cli.cli.output_file import refuse_output, write_output
 from kendama_cli.errors import UsageError
 from kendama_cli.plugins.marker.detection import DICTIONARIES, black_cells, marker_count
-from kendama_cli.rendering.pictures import as_png
+from kendama_cli.plugins.shared.videos.pictures import as_png
 
 PRINT_DPI = 300
 MM_PER_INCH, POINTS_PER_INCH = 25.4, 72.0

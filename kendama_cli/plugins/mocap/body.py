@@ -17,11 +17,11 @@ from kendama_cli.devices.demonstrator.recording import Recording, unit_rotations
 from kendama_cli.devices.demonstrator.segments import checked_swings
 from kendama_cli.devices.demonstrator.tidy import tidied
 from kendama_cli.devices.recordings.body_track import BodyTrack
-from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.devices.recordings.recording_format import name_of
 from kendama_cli.errors import InputError
 from kendama_cli.motion.rotation import mapped, rotated
 from kendama_cli.plugins.mocap.settings import BodyCapture, BodySettings
+from kendama_cli.plugins.shared.recordings.reader import read_bodies
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.units import count_of
 

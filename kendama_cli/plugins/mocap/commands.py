@@ -88,9 +88,9 @@ def capture_pivot(
     import numpy as np
 
     from kendama_cli.cli.setup_work import amended, place
-    from kendama_cli.devices.recordings.reader import read_bodies
     from kendama_cli.plugins.mocap.body import named_body
     from kendama_cli.plugins.mocap.pivot import calibrate_pivot
+    from kendama_cli.plugins.shared.recordings.reader import read_bodies
 
     track = named_body(str(path), {one.name: one for one in read_bodies(str(path))}, body, "body")
     if track.rotation_wxyz is None:

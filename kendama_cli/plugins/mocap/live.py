@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from kendama_cli.devices.demonstrator.file import RecordedDemonstrator, hands_of
+from kendama_cli.devices.demonstrator.live_figures import LiveFigures, Tell
 from kendama_cli.devices.demonstrator.segments import checked_swings
 from kendama_cli.devices.demonstrator.settings import MAX_DISTANCE_M
-from kendama_cli.devices.recordings.reader import read_bodies
-from kendama_cli.devices.streams.live_figures import LiveFigures, Tell
-from kendama_cli.devices.streams.stream_file import StreamFile
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.plugins.mocap.body import recording_of
 from kendama_cli.plugins.mocap.pose_stream import PROTOCOLS, streamed_poses
 from kendama_cli.plugins.mocap.settings import MocapCapture
+from kendama_cli.plugins.shared.recordings.reader import read_bodies
+from kendama_cli.plugins.shared.streams.stream_file import StreamFile
 from kendama_cli.schema.units import METRES, count_of
 
 FEWEST = 20

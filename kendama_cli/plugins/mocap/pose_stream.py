@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kendama_cli.devices.streams.openigtlink import TRANSFORM, MessageStream
-from kendama_cli.devices.streams.vrpn import COOKIE, VrpnStream, tracker_report
 from kendama_cli.errors import HardwareError
 from kendama_cli.motion.rotation import exponential, log_of
+from kendama_cli.plugins.shared.streams.openigtlink import TRANSFORM, MessageStream
+from kendama_cli.plugins.shared.streams.vrpn import COOKIE, VrpnStream, tracker_report
 
 TIMEOUT_S = 3.0
 

@@ -7,8 +7,8 @@ from typing import ClassVar, Literal
 
 from kendama_cli.devices.demonstrator.axes import HANDEDNESS, Axes, Handedness, determinant, mirror_problem, to_ours
 from kendama_cli.devices.demonstrator.settings import TIMES, PlausibleSettings
-from kendama_cli.devices.streams.stream_server import StreamServer
 from kendama_cli.errors import ConfigError
+from kendama_cli.plugins.shared.streams.stream_server import StreamServer
 from kendama_cli.schema.settings import setting
 from kendama_cli.schema.units import LengthUnit
 

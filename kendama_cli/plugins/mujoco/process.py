@@ -7,12 +7,10 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from kendama_cli.devices.robot.task import Task
 from kendama_cli.devices.robot.udp.remote import UdpRobot
 from kendama_cli.devices.robot.udp.robot_process import robot_process, serve_input
 from kendama_cli.devices.robot.udp.twin import serve_robot
 from kendama_cli.devices.robot.udp.twin_client import settings_document
-from kendama_cli.errors import ConfigError
 from kendama_cli.plugins.mujoco.robot import MujocoRobot
 from kendama_cli.plugins.mujoco.settings import MujocoHardware
 from kendama_cli.schema.settings import build_value
@@ -23,16 +21,14 @@ NAME = "the arm in MuJoCo"
 
 
 @contextmanager
-def open_mujoco(hardware: MujocoHardware, robot: RobotSettings, task: Task) -> Iterator[UdpRobot]:
+def open_mujoco(hardware: MujocoHardware, robot: RobotSettings, game: GameSettings) -> Iterator[UdpRobot]:
     """Start the arm in a process of its own, which ends with this context.
 
     Raises MissingPartError without MuJoCo, ConfigError or InputError where the model cannot carry the game (see
     ``build_arm``), HardwareError where the process does not start.
     """
-    if not isinstance(task, GameSettings):
-        raise ConfigError("hardware.kind", "hardware=mujoco plays games only; choose hardware=twin for this pipeline")
-    MujocoRobot(robot, task, hardware)  # what is wrong is told here, not by a process that ended
-    document, module = settings_document(robot, task, hardware), "kendama_cli.plugins.mujoco.process"
+    MujocoRobot(robot, game, hardware)  # what is wrong is told here, not by a process that ended
+    document, module = settings_document(robot, game, hardware), "kendama_cli.plugins.mujoco.process"
     with robot_process(NAME, module, document, silence_s=hardware.silence_s) as client:
         yield client
 

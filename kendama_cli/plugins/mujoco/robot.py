@@ -36,7 +36,6 @@ class MujocoRobot:
     equations.md eq. 1 at both its ends. A reset lets the arm come to rest with the ball held below the cup.
     """
 
-    torque = None
     realtime = False
 
     def __init__(self, robot: RobotSettings, game: GameSettings, hardware: MujocoHardware) -> None:

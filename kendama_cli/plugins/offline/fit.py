@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from kendama_cli.identification.kendama_fit import measure_kendama
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.physics.taut_rope import Ball, rope_angle, rope_rate
@@ -18,6 +17,7 @@ from kendama_cli.plugins.offline.messages import PredictionMessage
 from kendama_cli.plugins.offline.network import trained
 from kendama_cli.plugins.offline.recording import driven, free, smoothed, tracked, transitions, world
 from kendama_cli.plugins.offline.settings import FitSettings
+from kendama_cli.plugins.shared.kendama_fit import measure_kendama
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.swingup.engine import SwingEngine

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.random import Generator
 from scipy.signal import savgol_filter
 
-from kendama_cli.identification.kendama_fit import FreeSwing
 from kendama_cli.learning.learners import begin_learner
 from kendama_cli.learning.settings import LearnSettings, RandomSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import RailEngine
 from kendama_cli.plugins.offline.settings import FitSettings
+from kendama_cli.plugins.shared.kendama_fit import FreeSwing
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings, MeasuredAir
 from kendama_cli.simulation.swingup.engine import SwingEngine

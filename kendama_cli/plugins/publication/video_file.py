@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.publication.video_maker import HEIGHT_PX, RATE_HZ, WIDTH_PX, VideoMaker
+from kendama_cli.plugins.shared.videos.video_writer import h264_video, vp8_video
 from kendama_cli.rendering.mesh import LinkMesh, Surface, unit_cylinder
-from kendama_cli.rendering.video_writer import h264_video, vp8_video
 from kendama_cli.report.replay.performance import Performance
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.system.processes import process_pool

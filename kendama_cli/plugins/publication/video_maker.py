@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.motion.rotation import matrix_of
-from kendama_cli.rendering import kernel_light
 from kendama_cli.rendering.background import Floor
+from kendama_cli.rendering.kernel_light import TILE
 from kendama_cli.rendering.mesh import LinkMesh, unit_cylinder, unit_sphere
 from kendama_cli.rendering.moving import SceneSampler, Shot
 from kendama_cli.rendering.raycast import Raycaster
@@ -23,6 +23,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import Solid
 from kendama_cli.settings.camera import AppearanceSettings, LightingSettings, LightSettings
 from kendama_cli.settings.game import GameSettings
+from kendama_cli.system.compiled import compiled
 from kendama_cli.vision.cameras.camera_model import CameraModel, looking_at
 
 WIDTH_PX, HEIGHT_PX, RATE_HZ = 1280, 720, 60.0
@@ -130,7 +131,7 @@ class VideoMaker:
         last = len(moving.ball_m) - 1
         rows = np.full(HEIGHT_PX, last / 2)
         light, changed = self._raycaster.renew(Shot(t_s, moving, rows, float(last), np.ones(HEIGHT_PX)))
-        kernel_light.to_screen(changed, light, _SRGB, self._image)
+        _to_screen(changed, light, _SRGB, self._image)
         image = self._image.copy()
         words = self._motion.label + ("" if speed > 0.99 else f"   1/{1 / speed:.0f} speed")
         cv2.putText(image, words, (36, HEIGHT_PX - 34), cv2.FONT_HERSHEY_DUPLEX, 0.62, _INK_BGR, 1, cv2.LINE_AA)
@@ -212,3 +213,16 @@ def _srgb() -> NDArray[np.uint8]:
 
 
 _SRGB = _srgb()
+
+
+@compiled
+def _to_screen(tiles: NDArray[np.int64], light: Array, levels: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
+    """Write ``tiles`` of light (h, w, 3), RGB, to ``out`` as BGR by the table ``levels`` of light in [0, 1]."""
+    top_level = len(levels) - 1
+    across = (light.shape[1] + TILE - 1) // TILE
+    for tile in tiles:
+        top, left = tile // across * TILE, tile % across * TILE
+        for y in range(top, min(top + TILE, light.shape[0])):
+            for x in range(left, min(left + TILE, light.shape[1])):
+                for i in range(3):
+                    out[y, x, i] = levels[int(min(max(light[y, x, 2 - i], 0.0), 1.0) * top_level + 0.5)]

@@ -44,8 +44,8 @@ def play(
 
     from kendama_cli.config.compose import composed
     from kendama_cli.pipeline.nodes import build_settings
+    from kendama_cli.plugins.shared.web.listening import listen, own_address
     from kendama_cli.plugins.teleoperation.play.capture import doubt_of
-    from kendama_cli.system.listening import listen, own_address
 
     # before all that takes seconds to import
     phones = listen(EVERYWHERE[0] if host in LOOPBACK else host, port) if phone else None
@@ -98,10 +98,10 @@ def _invitation(address: str, code: str, fingerprint: str) -> str:
 
 def _joining(listening: socket.socket) -> Joining:
     """Return how phones join; raises MissingPartError where that part or its libraries are not installed."""
+    from kendama_cli.plugins.shared.web.listening import own_address
     from kendama_cli.plugins.teleoperation.play.joined import JOINS
     from kendama_cli.plugins.teleoperation.play.joining import Joining
     from kendama_cli.schema.registry import declared, resolve
-    from kendama_cli.system.listening import own_address
 
     if "phone" not in declared(JOINS):
         raise MissingPartError("phone", "'kendama play --phone' needs the part 'phone', which is not installed")

@@ -177,14 +177,13 @@ def carry_rotors(screws: Array, velocity_rad_s: Array, change: Array, rotor: Arr
             force[j] += screws[j, r] * total[r]
 
 
-class ArmDynamics:
-    """Inertia H (n, n), bias C q' + g (n,), screws (n, 6) and points of ``arm`` after ``observe``.
+class ArmArrays:
+    """Constants of ``arm`` in a ``game`` from which compiled code finds inertia, bias and points (see StepArrays).
 
-    The arrays are those on which compiled code works (move_chain): they change with every call. From
-    the constants ``links``, ``marks`` and ``radii`` compiled code finds the same for itself (step_kernel.step_forces).
+    With ``links`` the ball may touch links and handle as well as the cup.
     """
 
-    def __init__(self, arm: RobotModel, game: GameSettings | None, *, links: bool) -> None:
+    def __init__(self, arm: RobotModel, game: GameSettings, *, links: bool) -> None:
         chain, n = compiled_chain(arm, with_tool=True), len(arm.joint_names)
         zeros = np.zeros(n)
         pose, root_m = arm.tool_pose(zeros), arm.joint_positions_m(zeros)
@@ -192,30 +191,12 @@ class ArmDynamics:
         columns = (chain.axes @ rotation.T, chain.origins @ rotation.T + shift, chain.centers_m @ rotation.T + shift)
         inertia = rotation @ chain.inertia_kg_m2 @ rotation.T
         self.links = np.hstack([*columns, inertia.reshape(n, 9), chain.mass_kg[:, None], chain.rotor_kg_m2[:, None]])
-        cup = game.cup if game is not None else None
         axis, tie_m = pose.rotation[:, 2], pose.position_m
-        middle_m = tie_m + axis * (cup.rim_m / 2 if cup is not None else 0.0)
-        marks = [root_m[-1], middle_m, tie_m, tie_m + axis]
-        if cup is not None and isinstance(cup.tie, SideTie):
-            marks.append(tie_m + pose.rotation @ cup.tie_m)
+        marks = [root_m[-1], tie_m + axis * (game.cup.rim_m / 2), tie_m, tie_m + axis]
+        if isinstance(game.cup.tie, SideTie):
+            marks.append(tie_m + pose.rotation @ game.cup.tie_m)
         self.marks = np.array(marks)
-        self._gravity_m_s2 = arm.gravity_m_s2
-        self.radii = np.full(n + 2, -1.0) if game is None else _radii(arm, game, links=links)
-        self.inertia, self.bias, self.screws = np.zeros((n, n)), np.zeros(n), np.zeros((n, 6))
-        self.points, self.mark_speeds = np.zeros((n + len(self.marks), 3)), np.zeros_like(self.marks)
-
-    def carry_rotors(self, velocity_rad_s: Array, acceleration_rad_s2: Array, force_nm: Array) -> Array:
-        """Return ``force_nm`` (n,) plus the rotors' part for DART (carry_rotors) after ``observe``."""
-        force = np.array(force_nm)
-        carry_rotors(self.screws, velocity_rad_s, acceleration_rad_s2, self.links[:, ROTOR], force)
-        return force
-
-    def observe(self, position_rad: Array, velocity_rad_s: Array) -> None:
-        """Take the arm's state (n,) from DART."""
-        move_chain(
-            position_rad, velocity_rad_s, self.links, self.marks, self._gravity_m_s2, self.inertia, self.bias,
-            self.screws, self.points, self.mark_speeds,
-        )  # fmt: skip
+        self.radii = _radii(arm, game, links=links)
 
 
 def _radii(arm: RobotModel, game: GameSettings, *, links: bool) -> Array:

@@ -1,4 +1,4 @@
-"""The arm's own control at every step: drive, computed torque or a commanded one, motors and friction of the joints."""
+"""The arm's own control at every step: drive, computed torque, motors and friction of the joints."""
 
 from __future__ import annotations
 
@@ -10,17 +10,14 @@ import numpy as np
 
 from kendama_cli.artifacts.friction_model import ParametricFriction
 from kendama_cli.errors import SimulationError
-from kendama_cli.motion.rotation import cross
 from kendama_cli.robot_model.body import Body
-from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.simulation.dart import step_kernel, torque_kernel
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.drive_kernel import Drive
-from kendama_cli.simulation.dart.dynamics_kernel import ArmDynamics
+from kendama_cli.simulation.dart.dynamics_kernel import ArmArrays
 from kendama_cli.simulation.dart.step_kernel import StepArrays
-from kendama_cli.simulation.dart.wrist import coriolis_nm
 
 
 class JointFriction:
@@ -28,9 +25,8 @@ class JointFriction:
 
     Viscous friction is DART's damping, which enters its motion implicitly. ``constants`` (5, n) and ``unknown``
     (2,) are the arrays on which the compiled law works (torque_kernel.efforts), which gives the level
-    Fc + Fs exp(-(v / vs)^2) of the dry friction: up to it DART's constraint holds a joint (``hold``), or compiled code
-    finds the torque (step_kernel.joint_forces; then ``release``). The offset of ``friction`` is not used: nobody sets
-    one.
+    Fc + Fs exp(-(v / vs)^2) of the dry friction: up to it compiled code finds the torque (step_kernel.joint_forces),
+    and DART none. The offset of ``friction`` is not used: nobody sets one.
     """
 
     def __init__(self, joints: Sequence[Any], friction: ParametricFriction, effort_nm: Array) -> None:
@@ -46,7 +42,8 @@ class JointFriction:
             ]
         )
         self.level_nm: Array = np.zeros(len(joints))
-        self._held = [-1.0] * len(joints)
+        for joint in joints:
+            joint.setCoulombFriction(0, 0.0)  # a description may have given it one
         self.set_unknown(0.0, 0.0)
 
     def set_unknown(self, extra_nm: float, share: float) -> None:
@@ -56,37 +53,18 @@ class JointFriction:
         for joint, viscous in zip(self._joints, factor * self._viscous_nm_s, strict=True):
             joint.setDampingCoefficient(0, viscous)
 
-    def hold(self) -> None:
-        """Let DART's constraint find the dry friction of the coming step, any up to ``level_nm`` (n,)."""
-        self._hold(self.level_nm.tolist())
 
-    def release(self) -> None:
-        """Let no constraint hold a joint."""
-        self._hold([0.0] * len(self._joints))
-
-    def _hold(self, levels: list[float]) -> None:
-        if levels != self._held:
-            for joint, level, last in zip(self._joints, levels, self._held, strict=True):
-                if level != last:
-                    joint.setCoulombFriction(0, level)
-            self._held = levels
-
-
-FAR_RAD_S = 1e4
-"""A joint faster than this has left the domain of the model."""
 REFERENCE_REMEDY = "check the reference and robot.stiffness_1_s2"
-TORQUE_REMEDY = "lower interact.controller.stiffness_n_m, or check the script"
 
 
 class JointControl:
     """Controller of the forces on the joints of ``body`` for a step of ``step_s``; every array is (n,).
 
-    ``effort_nm`` is what the motors gave last; ``drive`` holds references to the joints' limits. ``rope``
-    is the force on the arm of a game [N] in the last step, and where in the world it acts [m].
+    ``effort_nm`` is what the motors gave last; ``drive`` holds references to the joints' limits.
     """
 
-    def __init__(self, arm: RobotModel, body: Body, dynamics: ArmDynamics, step_s: float) -> None:
-        self._dynamics = dynamics
+    def __init__(self, arm: RobotModel, body: Body, arrays: ArmArrays, step_s: float) -> None:
+        self._constants = arrays
         self._arm, self._skeleton, self._joints = arm, body.skeleton, body.joints
         self.friction = JointFriction(body.joints, arm.friction, arm.limits.effort_nm)
         self.drive = Drive(arm.limits, step_s)
@@ -94,7 +72,6 @@ class JointControl:
         self._gains = np.array([stiffness, 2.0 * math.sqrt(stiffness), step_s, arm.gravity_m_s2])
         self.effort_nm = self._none = np.zeros(len(arm.joint_names))
         self._force_nm = np.zeros_like(self._none)
-        self.rope: tuple[Array, Array] | None = None
         self._arrays: StepArrays
 
     def reset(self, position_rad: Array, velocity_rad_s: Array) -> None:
@@ -104,36 +81,9 @@ class JointControl:
 
     def take(self, ball: TetheredBall) -> None:
         """Work from now on with ``ball``, its rope and errors as they are now."""
-        self._arrays = _arrays(self._dynamics, self.friction, self.drive, ball, self._gains, self._force_nm)
+        self._arrays = _arrays(self._constants, self.friction, self.drive, ball, self._gains, self._force_nm)
 
-    def follow(
-        self,
-        reference: tuple[Array, Array, Array],
-        noise_rad: Array | float,
-        added_nm: Array | float,
-        state: tuple[Array, Array],
-        t_s: float,
-    ) -> None:
-        """Have the motors give the torque toward ``reference`` (places, speeds, accelerations) by ArmWorld.step's law.
-
-        ``state`` is where the joints are and how fast. DART finds the friction, together with contacts and stops.
-        Raises SimulationError, naming the joint, where a torque would not be finite.
-        """
-        drive, friction, dynamics = self.drive, self.friction, self._dynamics
-        dynamics.observe(*state)
-        noise = noise_rad if isinstance(noise_rad, np.ndarray) else self._filled(noise_rad)
-        added = added_nm if isinstance(added_nm, np.ndarray) else self._filled(added_nm)
-        self.effort_nm = effort_nm = np.empty_like(self._none)
-        answer = torque_kernel.command(
-            *reference, noise, added, *state, drive.state, drive.limits, self._gains[:3], friction.constants,
-            friction.unknown, dynamics.inertia, dynamics.bias, effort_nm, friction.level_nm,
-        )  # fmt: skip
-        drive.limited = answer == torque_kernel.LIMITED
-        if answer & torque_kernel.NOT_FINITE:
-            self._abort(effort_nm, "torque", REFERENCE_REMEDY, t_s)
-        self._hold(state[1])
-
-    def follow_beside(  # noqa: PLR0917
+    def follow(  # noqa: PLR0917
         self,
         ball: TetheredBall,
         reference: tuple[Array, Array, Array],
@@ -142,9 +92,11 @@ class JointControl:
         state: tuple[Array, Array],
         t_s: float,
     ) -> bool:
-        """Follow as ``follow`` does, with friction and rope tension by compiled code, which also forces ``ball``.
+        """Have the motors give the torque toward ``reference`` (places, speeds, accelerations) by ArmWorld.step's law.
 
-        Return True if nothing can touch in the coming step, nor a joint come to its limits. Raises SimulationError.
+        ``state`` is where the joints are and how fast. Compiled code finds friction and the rope's tension, which also
+        forces ``ball``. Return True if nothing can touch in the coming step, nor a joint come to its limits. Raises
+        SimulationError, naming the joint, where a torque would not be finite.
         """
         drive = self.drive
         noise = noise_rad if isinstance(noise_rad, np.ndarray) else self._filled(noise_rad)
@@ -161,54 +113,10 @@ class JointControl:
         self._skeleton.setForces(self._force_nm)
         return not answer & torque_kernel.NEAR
 
-    def give(self, command: JointTorque, state: tuple[Array, Array], t_s: float) -> None:
-        """Have the motors give a commanded torque, and what carries weight, Coriolis and the known friction.
-
-        Raises SimulationError, naming the joint, where it is not finite.
-        """
-        self._dynamics.observe(*state)
-        skeleton, velocity_rad_s = self._arm.posed(*state).skeleton, state[1]
-        carried: Array = skeleton.getGravityForces() + coriolis_nm(skeleton, command.velocity_rad_s)
-        friction = self.friction
-        self.effort_nm = np.empty_like(self._none)
-        if not torque_kernel.efforts(
-            command.torque_nm, carried, velocity_rad_s, command.velocity_rad_s, friction.constants, friction.unknown,
-            self.effort_nm, friction.level_nm,
-        ):  # fmt: skip
-            self._abort(self.effort_nm, "torque", TORQUE_REMEDY, t_s)
-        self._hold(velocity_rad_s)
-
     def enforce_limits(self, *, enforce: bool) -> None:
         """Let DART look after the joints' stops and top speeds, or not, where none can be reached."""
         for joint in self._joints:
             joint.setLimitEnforcement(enforce)
-
-    def check_speed(self, velocity_rad_s: Array, t_s: float) -> None:
-        """Raise SimulationError, naming the joint, where one has left the domain of the model."""
-        fast = ~(np.abs(velocity_rad_s) < FAR_RAD_S)
-        if fast.any():
-            self._abort(np.where(fast, np.nan, 0.0), "speed", TORQUE_REMEDY, t_s)
-
-    def _hold(self, velocity_rad_s: Array) -> None:
-        """Let DART find the friction; in a game its links carry rotors as told by how the joints will accelerate.
-
-        Where the arm itself presses on bodies nothing is corrected, for strikes follow what the links carry, and a
-        mixture of both laws would gain energy in them.
-        """
-        self.friction.hold()
-        if self.rope is None:
-            self._skeleton.setForces(self.effort_nm)
-            return
-        force_n, at_m = self.rope
-        dynamics, friction, n = self._dynamics, self.friction, len(self._none)
-        viscous = friction.unknown[0] * friction.constants[torque_kernel.VISCOUS]
-        load = self.effort_nm - dynamics.bias - viscous * velocity_rad_s
-        load += dynamics.screws @ np.concatenate([cross(at_m, force_n), force_n])
-        dry, change = np.empty(n), np.zeros(n)
-        torque_kernel.accelerations(
-            dynamics.inertia, viscous, velocity_rad_s, load, friction.level_nm, self._gains[2], dry, change
-        )
-        self._skeleton.setForces(dynamics.carry_rotors(velocity_rad_s, change, self.effort_nm))
 
     def _refuse(self, answer: int, ball: TetheredBall, t_s: float) -> Never:
         if answer & torque_kernel.GONE:
@@ -231,14 +139,14 @@ class JointControl:
 
 
 def _arrays(  # noqa: PLR0917 - the owners of the arrays, one after another
-    dynamics: ArmDynamics, friction: JointFriction, drive: Drive, ball: TetheredBall, gains: Array, force_nm: Array
+    arrays: ArmArrays, friction: JointFriction, drive: Drive, ball: TetheredBall, gains: Array, force_nm: Array
 ) -> StepArrays:
     return StepArrays(
-        links=dynamics.links,
-        marks=dynamics.marks,
+        links=arrays.links,
+        marks=arrays.marks,
         limits=drive.limits,
         joints=friction.constants,
-        radii=dynamics.radii,
+        radii=arrays.radii,
         gains=gains,
         unknown=friction.unknown,
         rope=ball.rope,

@@ -248,4 +248,4 @@ def _trace(samples: Sequence[tuple[float | Array, ...]], descent: Descent | None
 def _sample(world: ArmWorld) -> tuple[float | Array, ...]:
     """Return one row of a Trace."""
     joint_state = (world.position_rad, world.velocity_rad_s, world.effort_nm)
-    return (world.t_s, world.ball.tie_m, world.ball.position_m, world.tool_rotation[:, 2], *joint_state)
+    return (world.t_s, world.ball.tie_m, world.ball.position_m, world.ball.axis, *joint_state)

@@ -15,7 +15,6 @@ STAGE = StageDeclaration(
     settings={"adapt": AdaptSettings},
     topics=TOPICS,
     chapter="kendama_cli.stages.adapt.chapter:adaptation_figures",
-    ensemble_chapter="kendama_cli.stages.adapt.comparison:CHAPTER",
     film="kendama_cli.stages.adapt.chapter:film",
     replay="kendama_cli.stages.adapt.chapter:replay",
     headline=(

@@ -16,7 +16,6 @@ STAGE = StageDeclaration(
     topics=TOPICS,
     chapter="kendama_cli.stages.learn.chapter:swingup_figures",
     replay="kendama_cli.stages.learn.chapter:replay",
-    ensemble_chapter="kendama_cli.stages.learn.comparison:CHAPTER",
     headline=(
         Headline(
             "rollouts_to_solved",

@@ -15,7 +15,6 @@ STAGE = StageDeclaration(
     settings={"predict": PredictSettings},
     topics=TOPICS,
     chapter="kendama_cli.stages.predict.chapter:prediction_figures",
-    ensemble_chapter="kendama_cli.stages.predict.comparison:CHAPTER",
     headline=(Headline("position_error_mm_p50", "median error of the predicted catch"),),
     brief="{position_error_mm_p50:.1f} mm off, {prediction_horizon_ms:.0f} ms ahead",
     metrics={

@@ -18,7 +18,6 @@ STAGE = StageDeclaration(
     chapter="kendama_cli.stages.transfer.chapter:transfer_figures",
     replay="kendama_cli.stages.transfer.performance:replay",
     episodes="kendama_cli.stages.transfer.episodes:episodes",
-    ensemble_chapter="kendama_cli.stages.transfer.comparison:CHAPTER",
     headline=(
         Headline("success_rate_after", "of swing-ups succeed on {robot}"),
         Headline("caught_rate", "of full games caught on {robot}"),

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kendama_cli.devices.camera.conformance import check_camera
 from kendama_cli.devices.camera.interface import StaleFrame
 from kendama_cli.devices.camera.virtual import VirtualCameraBlock
 from kendama_cli.errors import ConfigError, HardwareError
+from kendama_cli.plugins.suites.camera import check_camera
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import VirtualCamera

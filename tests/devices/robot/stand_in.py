@@ -25,7 +25,6 @@ class ObedientRobot:
     joint_names = ("shoulder", "elbow")
     period_s = 0.004
     realtime = False
-    torque = None
     missed = 0
 
     def __init__(self) -> None:

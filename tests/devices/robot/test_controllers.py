@@ -19,7 +19,6 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
-from kendama_cli.devices.robot.conformance import CHECKS, check_time
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.devices.robot.udp.protocol import Datagram, Kind
@@ -27,6 +26,7 @@ from kendama_cli.devices.robot.udp.remote import LimitedRobot, UdpRobot
 from kendama_cli.devices.robot.udp.seal import Seal
 from kendama_cli.errors import HardwareError
 from kendama_cli.motion import minimum_jerk
+from kendama_cli.plugins.suites.robot import CHECKS, check_time
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import CommandHardware

@@ -10,12 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kendama_cli.devices.robot.conformance import CHECKS, OpenRobot, check_halt, check_limits
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, Robot
 from kendama_cli.devices.robot.limiter import limit_command
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.errors import HardwareError
-from kendama_cli.robot_model.joint_torque import JointTorque
+from kendama_cli.plugins.suites.robot import CHECKS, OpenRobot, check_halt, check_limits
 from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import Imperfection
@@ -202,25 +201,3 @@ def test_a_feasible_command_passes_the_limiter_unchanged() -> None:
     sent = limit_command(last, wanted, LIMITS, 0.004)
     for name in ("position_rad", "velocity_rad_s", "acceleration_rad_s2"):
         assert np.array_equal(getattr(sent, name), getattr(wanted, name))
-
-
-def test_under_torque_a_gap_brakes_every_joint_within_its_acceleration_limit() -> None:
-    robot = SimulatedRobot(bench_arm(), kendama_game(), imperfection=None, control_period_s=0.004)
-    with closing(robot):
-        robot.reset(robot._world.arm.home_rad, 0)
-        still, top = np.zeros(7), robot.limits.acceleration_rad_s2
-        push = 0.2 * robot.limits.effort_nm
-        for _ in range(60):
-            last = robot.torque.exchange(JointTorque(push, still)).state
-        speeds, places = [last.velocity_rad_s], [last.position_rad]
-        for _ in range(300):
-            braked = robot.torque.brake().state
-            speeds.append(braked.velocity_rad_s)
-            places.append(braked.position_rad)
-        assert np.abs(speeds[0]).max() > 0.3
-        # friction and the ball, which the torque does not know, are the rest
-        assert (np.abs(np.diff(speeds, axis=0)) / 0.001).max(axis=0) == pytest.approx(top, rel=0.1)
-        assert np.abs(speeds[-1]).max() < 0.02
-        way = np.abs(places[-1] - places[0])
-        assert (way <= 1.2 * speeds[0] ** 2 / (2 * top) + 0.01).all()
-        assert robot.torque.exchange(JointTorque(still, still)).state.position_rad.shape == (7,)  # and goes on

@@ -13,12 +13,12 @@ import pytest
 
 import kendama_cli.gym  # noqa: F401 - registers the environments
 from kendama_cli.errors import StageError
-from kendama_cli.learning import conformance
 from kendama_cli.learning.learners import begin_learner, make_policy
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.plugins.agents.settings import AGENTS
 from kendama_cli.plugins.agents.training import HELD
+from kendama_cli.plugins.suites import learner as conformance
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from tests.documented_package import EXAMPLES
 from tests.learning.settings_files import game_settings, learn_settings

@@ -8,7 +8,7 @@ from kendama_cli.plugins.calibration.flight_search import RecordedFlight, find_f
 from kendama_cli.plugins.calibration.flight_trial import try_flights
 from kendama_cli.vision.prediction.free_flight import FreeFlight, tilted_gravity
 from kendama_cli.vision.settings import ColouredMotion
-from tests.vision.flights import session
+from tests.plugins.shared.flights import session
 
 
 def flights(seed, throws, **options):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from kendama_cli.devices.recordings.flight_reader import RecordedTrack
 from kendama_cli.plugins.calibration.flight_search import find_flights
-from tests.vision.flights import session, throw
+from kendama_cli.plugins.shared.recordings.flight_reader import RecordedTrack
+from tests.plugins.shared.flights import session, throw
 
 
 @pytest.mark.parametrize(("rate_hz", "sigma_m"), [(100.0, 1e-4), (120.0, 2e-3), (300.0, 3e-4), (500.0, 0.0)])

@@ -13,8 +13,8 @@ from kendama_cli.stages.predict.messages import CatchEstimateMessage
 from kendama_cli.vision.detection.interface import Sighting, detection_message
 from kendama_cli.vision.prediction.release import draw_release
 from kendama_cli.vision.prediction.tracker import sphere_centre
-from tests.devices.recordings.flight_files import csv_text, qualisys_text
-from tests.vision.flights import session
+from tests.plugins.shared.flight_files import csv_text, qualisys_text
+from tests.plugins.shared.flights import session
 from tests.vision.scenes import game, predict, shipped_models, virtual
 
 FIGURES = {"position_error_mm_p50", "position_error_mm_p95", "time_error_ms_p50", "time_error_ms_p95"}

@@ -36,8 +36,8 @@ from kendama_cli.settings.camera import VirtualCamera
 from kendama_cli.stages.predict import STAGE
 from kendama_cli.stages.predict.stage import FlightStudy
 from tests.memory_context import MemoryContext
+from tests.plugins.shared.flights import throw
 from tests.shipped_conf import plain
-from tests.vision.flights import throw
 from tests.vision.scenes import game, lighting, predict
 
 BOXES, LEARNED = 5, 20

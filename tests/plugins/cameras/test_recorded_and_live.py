@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from kendama_cli.devices.camera.calibration import camera_model
-from kendama_cli.devices.camera.conformance import check_camera
 from kendama_cli.devices.camera.interface import StaleFrame, open_cameras
 from kendama_cli.errors import ConfigError, HardwareError, InputError, MissingPartError
 from kendama_cli.plugins.cameras.check import check_cameras
 from kendama_cli.plugins.cameras.device import DeviceCameraBlock, open_device
 from kendama_cli.plugins.cameras.file import FileCameraBlock
+from kendama_cli.plugins.suites.camera import check_camera
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import DeviceCamera, FileCamera
 from kendama_cli.vision.cameras.camera_model import CameraModel
 from tests.devices.camera.image_folder import RATE_HZ, images
-from tests.devices.camera.test_video import trimmed
+from tests.plugins.shared.test_video import trimmed
 from tests.vision.ball_films import RATE_HZ as FILM_HZ
 from tests.vision.ball_films import pendulum, textured, write_film
 from tests.vision.scenes import game, lighting, plain, predict, stereo, virtual

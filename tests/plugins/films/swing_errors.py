@@ -26,7 +26,6 @@ import numpy as np
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.artifacts.proportion import success_interval
-from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.devices.demonstrator.recording import Recording
 from kendama_cli.devices.demonstrator.segments import checked_swings
 from kendama_cli.errors import KendamaError
@@ -34,6 +33,7 @@ from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.plugins.films.box_follower import BoxTrack
 from kendama_cli.plugins.films.swing_video import followed, swings
 from kendama_cli.plugins.marker.films import _followed
+from kendama_cli.plugins.shared.videos.video import VideoFile
 from kendama_cli.schema.settings import build
 from kendama_cli.stages.adapt.stage import Adapt
 from tests.motion.swings import settings as encode_settings

@@ -20,8 +20,8 @@ from kendama_cli.devices.camera.interface import SceneSource
 from kendama_cli.devices.camera.virtual import open_virtual
 from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
 from kendama_cli.plugins.films.boxes import write_labelled
+from kendama_cli.plugins.shared.videos.video_writer import h264_video
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
-from kendama_cli.rendering.video_writer import h264_video
 from kendama_cli.simulation.dart.hand_world import Swing, carry_cup
 from kendama_cli.vision.cameras.camera_model import CameraModel
 from kendama_cli.vision.cameras.region import around

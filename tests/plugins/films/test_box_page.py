@@ -10,12 +10,12 @@ import urllib.request
 import numpy as np
 import pytest
 
-from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.plugins.films.box_page import BoxPage
 from kendama_cli.plugins.films.boxes import labelled, read_labelled
 from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes
 from kendama_cli.plugins.films.film_stills import different, film_stills
-from kendama_cli.system.listening import listen
+from kendama_cli.plugins.shared.videos.video import VideoFile
+from kendama_cli.plugins.shared.web.listening import listen
 from tests.chromium import CHROMIUM, browser
 from tests.cli.typed import refused
 from tests.vision.ball_films import pendulum, textured, write_film

@@ -5,7 +5,7 @@ import pytest
 
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.films.boxes import labelled, read_boxes
-from kendama_cli.vision.detection.conformance import disc_image
+from kendama_cli.plugins.suites.detector import disc_image
 
 
 @pytest.mark.parametrize(

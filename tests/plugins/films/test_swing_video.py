@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import yaml
 
-from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.errors import ConfigError, InputError
 from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
@@ -20,6 +19,7 @@ from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.swing_boxes import box_files
 from kendama_cli.plugins.films.swing_settings import SwingVideoCapture
 from kendama_cli.plugins.films.swing_video import swings
+from kendama_cli.plugins.shared.videos.video import VideoFile
 from kendama_cli.schema.settings import build
 from tests.cli.typed import refused
 from tests.plugins.films.swing_film import Shoot, camera, filmed, person_swing, write_boxes, write_film

@@ -5,8 +5,8 @@ import pytest
 import yaml
 
 from tests.cli.typed import kendama, refused
-from tests.devices.camera.test_video import turn, turn_on_its_side
 from tests.plugins.films.test_detect import boxes_at, camera, rows
+from tests.plugins.shared.test_video import turn, turn_on_its_side
 from tests.vision.ball_films import pendulum, textured, write_film
 
 pytestmark = pytest.mark.usefixtures("quick_training")

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot.conformance import CHECKS
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.plugins.franka.robot import open_franka
+from kendama_cli.plugins.suites.robot import CHECKS
 from tests.plugins.franka.arm import FR3, FRANKA, GAME
 from tests.plugins.franka.test_control_loop import START, swing
 

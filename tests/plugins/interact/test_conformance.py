@@ -20,11 +20,10 @@ from kendama_cli.plugins.interact.conformance import (
 from kendama_cli.plugins.interact.force import ForceController
 from kendama_cli.plugins.interact.impedance import ImpedanceController
 from kendama_cli.plugins.interact.impedance_law import TaskReference
-from kendama_cli.plugins.interact.interface import TaskController
+from kendama_cli.plugins.interact.interface import JointTorque, TaskController, TaskState
 from kendama_cli.plugins.interact.open_controller import make_controller
-from kendama_cli.robot_model.joint_torque import JointTorque, TaskState
 from kendama_cli.schema.arrays import Array
-from tests.settings.shipped_scene import controller
+from tests.plugins.interact.shipped_scene import controller
 
 
 @pytest.mark.parametrize("kind", ["impedance", "force"])

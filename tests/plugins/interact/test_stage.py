@@ -9,20 +9,19 @@ import os
 import numpy as np
 import pytest
 
-from kendama_cli.errors import HardwareError, StageError
+from kendama_cli.errors import ConfigError, StageError
 from kendama_cli.plugins.interact.stage import Interact
 from kendama_cli.schema.settings import build
-from kendama_cli.settings.hardware import CommandHardware, SimulatedHardware, TwinHardware
+from kendama_cli.settings.hardware import CommandHardware, SimulatedHardware
+from kendama_cli.settings.robot import Imperfection
 from kendama_cli.stages.interface import StageResult
 from tests import warm_command
-from tests.devices.robot.stand_in import ObedientRobot, key_file, served
 from tests.memory_context import MemoryContext
-from tests.settings.shipped_scene import body, press, robot, scene
+from tests.plugins.interact.shipped_scene import body, press, robot, scene
 from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import bench_arm
 
 DIRECT = build(SimulatedHardware, plain("hardware", "simulated"), "hardware")
-TWIN = build(TwinHardware, plain("hardware", "twin"), "hardware")
 
 
 def _short(share=0.6, until="leave", **changed):
@@ -172,37 +171,17 @@ def _kendama(folder, *arguments):
     return done.stdout
 
 
-def _still_imperfection():
-    """That of a twin which is exactly the model."""
-    names = [field.name for field in dataclasses.fields(TWIN.imperfection)]
-    ones = dict.fromkeys(("rope_scale", "mass_scale", "drag_scale", "drift_s"), 1.0)
-    return dataclasses.replace(TWIN.imperfection, **(dict.fromkeys(names, 0.0) | ones))
-
-
-def test_behind_udp_an_exact_twin_presses_as_the_robot_in_this_process_does():
-    """The line carries every bit: what differs is where the robot runs."""
-    settings = _short(0.3, until="press")
-    exact = dataclasses.replace(TWIN, imperfection=_still_imperfection())
-    direct, distant = (_play(body(), settings=settings, hardware=one)[0] for one in (DIRECT, exact))
-    for field in dataclasses.fields(direct.artifact):
-        assert np.array_equal(getattr(direct.artifact, field.name), getattr(distant.artifact, field.name)), field.name
-    assert direct.metrics == distant.metrics
-
-
 @pytest.mark.slow
-def test_with_friction_that_nobody_models_the_twin_still_holds_the_force():
-    """Measured with the shipped twin, the whole script: 0.52 N rms of 20 N wanted, where an exact robot has 0.29."""
-    metrics = _play(body(), settings=_short(until="hold"), hardware=TWIN)[0].metrics
+def test_with_friction_that_nobody_models_the_force_is_held_all_the_same():
+    """Measured with the shipped twin's, the whole script: 0.52 N rms of 20 N wanted, where an exact arm has 0.29."""
+    worn = dataclasses.replace(
+        DIRECT, imperfection=build(Imperfection, plain("hardware", "twin")["imperfection"], "imperfection")
+    )
+    metrics = _play(body(), settings=_short(until="hold"), hardware=worn)[0].metrics
     assert metrics["touched"] == "table"
     assert metrics["force_error_rms_n"] < 1.5
 
 
-def test_a_robot_without_torque_commands_is_refused_in_one_line_before_anything_moves(tmp_path):
-    robot = ObedientRobot()
-    with (
-        served(robot) as (_, (host, port)),
-        pytest.raises(HardwareError, match=r"^interact needs a robot that takes torque commands, .*nothing was moved$"),
-    ):
-        _play(body(), hardware=CommandHardware("command", host, port, str(key_file(tmp_path)), 5.0))
-    assert not robot.carried_out
-    assert not robot.resets
+def test_another_robot_than_a_simulated_one_is_refused_in_one_line_before_anything_moves():
+    with pytest.raises(ConfigError, match=r"^'hardware.kind' is 'command'; .*: choose hardware=simulated; nothing was"):
+        _play(body(), hardware=CommandHardware("command", "127.0.0.1", 1, "no key", 5.0))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from kendama_cli.motion.rotation import exp_of, log_of
+from kendama_cli.plugins.interact.settings import StepSettings
 from kendama_cli.plugins.interact.task_path import TaskPath
-from kendama_cli.settings.interact import StepSettings
 
 START_M = np.array([0.1, -0.2, 1.2])
 START = exp_of([0.3, -0.5, 0.2])

@@ -11,12 +11,12 @@ from kendama_cli.errors import ConfigError, SimulationError
 from kendama_cli.motion.rotation import exp_of
 from kendama_cli.plugins.interact.conformance import resting_at
 from kendama_cli.plugins.interact.impedance_law import pose_error
+from kendama_cli.plugins.interact.interface import JointTorque
 from kendama_cli.plugins.interact.open_controller import make_controller
-from kendama_cli.robot_model.joint_torque import JointTorque
-from kendama_cli.settings.interact import ProbeSettings
-from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
-from kendama_cli.simulation.dart.wrist import coriolis_nm
-from tests.settings.shipped_scene import body, controller, press, scene
+from kendama_cli.plugins.interact.settings import ProbeSettings
+from kendama_cli.plugins.interact.world import ProbeWorld, coriolis_nm
+from kendama_cli.simulation.dart.stepper import STEP_S
+from tests.plugins.interact.shipped_scene import body, controller, press, scene
 from tests.simulation.dart.bench_robot import bench_arm, frictionless_bench_arm
 
 PROBE = press().probe
@@ -24,21 +24,21 @@ GRAVITY_M_S2 = 9.81
 STILL = np.zeros(7)
 
 
-def _world(*bodies, robot=None, probe: ProbeSettings = PROBE) -> ArmWorld:
-    return ArmWorld(robot or frictionless_bench_arm(), press(probe=dataclasses.asdict(probe)), scene(*bodies))
+def _world(*bodies, robot=None, probe: ProbeSettings = PROBE) -> ProbeWorld:
+    return ProbeWorld(robot or frictionless_bench_arm(), press(probe=dataclasses.asdict(probe)), scene(*bodies))
 
 
 def _hold(world, kind="impedance", *, steps, push_n=None, reference=None, after=None, **changed):
     """Hold ``reference`` (where the tool is now); ``after(state)`` is called after every step."""
-    reference = reference or resting_at(world.state())
+    reference = reference or resting_at(world.state)
     made = make_controller(controller(kind, **changed))
     made.reset(world.position_rad)
     for _ in range(steps):
         if push_n is not None:
             world.body.cup.addExtForce(push_n)
-        world.step_torque(made.command(world.state(), reference, STEP_S))
+        world.step(made.command(world.state, reference, STEP_S))
         if after is not None:
-            after(world.state())
+            after(world.state)
     return reference
 
 
@@ -49,13 +49,13 @@ def test_a_known_load_deflects_the_tool_by_force_over_stiffness(load_n):
     reference = _hold(world, steps=4000, push_n=np.array(load_n), stiffness_n_m=stiffness.tolist())
     assert np.abs(world.velocity_rad_s).max() < 1e-5
     # the load turns nothing, for it acts on the tool's centre
-    assert world.tool_m - reference.position_m == pytest.approx(np.array(load_n) / stiffness, rel=1e-4, abs=2e-6)
-    assert pose_error(reference, world.state(), spin_free=True)[3:] == pytest.approx(np.zeros(3), abs=1e-4)
+    assert world.state.tool_m - reference.position_m == pytest.approx(np.array(load_n) / stiffness, rel=1e-4, abs=2e-6)
+    assert pose_error(reference, world.state, spin_free=True)[3:] == pytest.approx(np.zeros(3), abs=1e-4)
 
 
 def test_a_step_of_the_reference_is_followed_without_overshoot_where_damping_is_critical():
     world = _world()
-    start = world.state()
+    start = world.state
     away = dataclasses.replace(resting_at(start), position_m=start.tool_m + np.array([0.02, 0.0, 0.01]))
     seen = []
     _hold(world, steps=1500, reference=away, after=lambda state: seen.append(state.tool_m - away.position_m))
@@ -92,7 +92,7 @@ def test_energy_in_contact_with_a_passive_wall_never_grows(restitution, friction
     """Kinetic energy and that of the springs, while the tool strikes a wall that stands in its way, and rests there."""
     wall = body(position_m=[0.13, 0.0, 1.2], size_m=[0.1, 0.6, 0.6], restitution=restitution, friction=friction)
     world = _world(wall, probe=dataclasses.replace(PROBE, restitution=1.0))
-    start = world.state()
+    start = world.state
     beyond = dataclasses.replace(
         resting_at(start),
         position_m=start.tool_m + np.array([0.12, 0.02, 0.01]),
@@ -113,7 +113,7 @@ def test_energy_in_contact_with_a_passive_wall_never_grows(restitution, friction
         reference=beyond,
         after=lambda state: (
             energies.append(energy_j(state)),
-            touched.append(world.sensor.touched),
+            touched.append(world.touched),
             efforts.append(np.abs(world.effort_nm) / world.arm.limits.effort_nm),
         ),
         stiffness_n_m=stiffness[:3].tolist(),
@@ -134,22 +134,21 @@ def test_the_wrist_feels_the_tools_weight_at_rest_and_the_contact_when_it_presse
     tip = world.body.skeleton.getBodyNode(world.arm.tip_link).getWorldTransform()
 
     def felt():
-        wrench = world.wrist_wrench()
-        return tip.rotation() @ wrench[:3], tip.rotation() @ wrench[3:]
+        return tip.rotation() @ world.wrench[:3], tip.rotation() @ world.wrench[3:]
 
     force, torque = felt()
-    lever = world.tool_m - tip.translation()
+    lever = world.state.tool_m - tip.translation()
     assert force == pytest.approx([0, 0, -weight], abs=1e-6)
     assert torque == pytest.approx(np.cross(lever, [0, 0, -weight]), abs=1e-6)
     down = np.array([0.0, 0.0, -1.0])
-    pressing = dataclasses.replace(resting_at(world.state()), force_n=25.0 * down, force_axis=down, force_share=1.0)
+    pressing = dataclasses.replace(resting_at(world.state), force_n=25.0 * down, force_axis=down, force_share=1.0)
     _hold(world, "force", steps=1500, reference=pressing)
-    assert world.sensor.touched == "table"
-    assert world.sensor.contact_n[2] == pytest.approx(-25.0, abs=0.02)
+    assert world.touched == "table"
+    assert world.contact_n[2] == pytest.approx(-25.0, abs=0.02)
     force, torque = felt()
-    assert force == pytest.approx([0, 0, -weight] - world.sensor.contact_n, abs=5e-3)
+    assert force == pytest.approx([0, 0, -weight] - world.contact_n, abs=5e-3)
     below = np.array([0.0, 0.0, -PROBE.radius_m])
-    wanted = np.cross(lever, force) - np.cross(below, world.sensor.contact_n)
+    wanted = np.cross(lever, force) - np.cross(below, world.contact_n)
     assert torque == pytest.approx(wanted, abs=5e-3)  # the contact is 0.1 mm or so inside
 
 
@@ -157,12 +156,12 @@ def test_what_happened_in_another_world_changes_nothing():
     paths = []
     for _ in range(2):
         world = _world(body(position_m=[0.0, 0.0, 1.15]), robot=bench_arm())
-        reference = resting_at(world.state())
+        reference = resting_at(world.state)
         lower = dataclasses.replace(reference, position_m=reference.position_m - [0.0, 0.0, 0.03])
         seen: list[list[float]] = []
         _hold(world, steps=400, reference=lower, after=lambda state: seen.append(state.position_rad.tolist()))  # noqa: B023
         paths.append(seen)
-        assert world.sensor.touched == "table"
+        assert world.touched == "table"
     assert paths[0] == paths[1]
 
 
@@ -171,17 +170,17 @@ def test_a_torque_that_is_not_finite_stops_the_simulation_and_names_the_joint():
     torque = STILL.copy()
     torque[4] = np.nan
     with pytest.raises(SimulationError, match=r"the torque of joint 'e2' of pa10 is nan at 0\.000 s; .*stiffness"):
-        world.step_torque(JointTorque(torque, STILL))
+        world.step(JointTorque(torque, STILL))
     torque[4], torque[1] = 0.0, np.inf
     with pytest.raises(SimulationError) as caught:
-        world.step_torque(JointTorque(torque, STILL))
+        world.step(JointTorque(torque, STILL))
     assert caught.value.quantity == "s2"
 
 
 def test_efforts_are_clipped_to_the_joints_limits():
     world = _world()
     for sign in (1.0, -1.0):
-        world.step_torque(JointTorque(sign * np.full(7, 1e6), STILL))
+        world.step(JointTorque(sign * np.full(7, 1e6), STILL))
         assert world.effort_nm == pytest.approx(sign * world.arm.limits.effort_nm)
 
 

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot.conformance import CHECKS
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import HardwareError
 from kendama_cli.plugins.kuka_rsi.robot import open_rsi
+from kendama_cli.plugins.suites.robot import CHECKS
 from tests.plugins.kuka_rsi.six_axes import GAME, RSI, free_port, six_axes
 from tests.plugins.kuka_rsi.test_rsi import swing
 from tests.plugins.stalls import without_stall

@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot.conformance import CHECKS
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.errors import ConfigError, HardwareError, MissingPartError
 from kendama_cli.motion import minimum_jerk
 from kendama_cli.plugins.kuka_rsi.robot import RsiRobot, open_rsi
 from kendama_cli.plugins.kuka_rsi.telegram import TelegramError, read_telegram, write_answer
+from kendama_cli.plugins.suites.robot import CHECKS
 from tests.plugins.kuka_rsi.six_axes import GAME, LOOPBACK, RSI, Said, controller, free_port, six_axes
 
 STILL = JointCommand(np.zeros(6), np.zeros(6), np.zeros(6))

@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kendama_cli.devices.robot.conformance import CHECKS, check_feedforward, check_time
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.devices.robot.open_robot import open_robot
 from kendama_cli.devices.robot.udp.remote import UdpRobot
 from kendama_cli.errors import HardwareError
+from kendama_cli.plugins.suites.robot import CHECKS, check_feedforward, check_time
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import CommandHardware

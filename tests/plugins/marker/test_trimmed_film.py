@@ -1,8 +1,8 @@
 """A film of a marker that was trimmed is read as far as it is shown."""
 
-from kendama_cli.devices.camera.video import VideoFile
 from kendama_cli.plugins.marker.films import _frames
-from tests.devices.camera.test_video import frames, mp4, trimmed
+from kendama_cli.plugins.shared.videos.video import VideoFile
+from tests.plugins.shared.test_video import frames, mp4, trimmed
 
 __all__ = ["frames", "mp4"]
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from kendama_cli.devices.demonstrator.interface import open_demonstrators
-from kendama_cli.devices.streams.openigtlink import HEADER, TRANSFORM, crc64
-from kendama_cli.devices.streams.stream_server import USUAL_UNIT
-from kendama_cli.devices.streams.vrpn import COOKIE, POSE, POSE_TYPE, SENDER, TYPE, named
-from kendama_cli.devices.streams.vrpn import HEADER as VRPN_HEADER
 from kendama_cli.errors import ConfigError, HardwareError, InputError
+from kendama_cli.plugins.shared.streams.openigtlink import HEADER, TRANSFORM, crc64
+from kendama_cli.plugins.shared.streams.stream_server import USUAL_UNIT
+from kendama_cli.plugins.shared.streams.vrpn import COOKIE, POSE, POSE_TYPE, SENDER, TYPE, named
+from kendama_cli.plugins.shared.streams.vrpn import HEADER as VRPN_HEADER
 from kendama_cli.schema.units import METRES
 from tests.plugins.mocap.test_live import settings
 from tests.plugins.swing_server import SWING, replayed

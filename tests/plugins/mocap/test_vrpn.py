@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from kendama_cli.devices.demonstrator.interface import open_demonstrators
-from kendama_cli.devices.streams.vrpn import COOKIE, HEADER, VrpnStream, tracker_report
 from kendama_cli.errors import HardwareError, InputError
+from kendama_cli.plugins.shared.streams.vrpn import COOKIE, HEADER, VrpnStream, tracker_report
 from tests.plugins.mocap.test_live import settings
 from tests.plugins.swing_server import SWING, free_port, replayed, swing_by_json, vrpn_server
 

@@ -10,13 +10,13 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from kendama_cli.devices.camera.conformance import check_camera
 from kendama_cli.devices.camera.interface import Camera, SceneSource
 from kendama_cli.devices.camera.virtual import VirtualCameraBlock
 from kendama_cli.errors import ConfigError, MissingPartError
 from kendama_cli.plugins.mujoco import camera as mujoco_camera
 from kendama_cli.plugins.mujoco.camera import open_mujoco_cameras
 from kendama_cli.plugins.mujoco.settings import MujocoCamera
+from kendama_cli.plugins.suites.camera import check_camera
 from kendama_cli.rendering.scene import ScenePose, hanging_rope
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel

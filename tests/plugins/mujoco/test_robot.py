@@ -14,13 +14,13 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco (the extra 'mujoco') is not installed")
 
-from kendama_cli.devices.robot.conformance import CHECKS  # noqa: E402
 from kendama_cli.devices.robot.interface import JointCommand  # noqa: E402
 from kendama_cli.devices.robot.open_robot import open_robot  # noqa: E402
 from kendama_cli.errors import ConfigError, HardwareError, InputError, MissingPartError  # noqa: E402
 from kendama_cli.plugins.mujoco.files import read_lines  # noqa: E402
 from kendama_cli.plugins.mujoco.motors import RATE_RAD_S  # noqa: E402
 from kendama_cli.plugins.mujoco.robot import MujocoRobot  # noqa: E402
+from kendama_cli.plugins.suites.robot import CHECKS  # noqa: E402
 from kendama_cli.robot_model.cup import cup_frame  # noqa: E402
 from kendama_cli.robot_model.model import RobotModel  # noqa: E402
 from kendama_cli.settings.robot import RobotSettings  # noqa: E402

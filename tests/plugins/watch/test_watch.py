@@ -18,6 +18,7 @@ import pytest
 
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
+from kendama_cli.plugins.shared.web.listening import listen
 from kendama_cli.plugins.watch.drawing import Drawing
 from kendama_cli.plugins.watch.server import LivePage
 from kendama_cli.plugins.watch.status import RunStatus
@@ -26,7 +27,6 @@ from kendama_cli.report.source import StageLog
 from kendama_cli.schema.declaration import StageDeclaration
 from kendama_cli.store.checkpoint import CheckpointFolder
 from kendama_cli.store.store import Store
-from kendama_cli.system.listening import listen
 from tests.chromium import CHROMIUM, browser
 from tests.toy_project import ToyProject, artifact_bytes
 

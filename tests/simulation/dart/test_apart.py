@@ -14,17 +14,18 @@ from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import CupSettings, GameSettings
 from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.dart.arm_errors import WorldErrors
-from kendama_cli.simulation.dart.dynamics_kernel import ArmDynamics
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
+from tests.simulation.dart.compiled_arm import CompiledArm, left_to_dart
 
 
 def watched(world: ArmWorld, *, always_held: bool = False) -> list[bool]:
     """Whether each step was one in which DART looked for contacts; ``always_held``: and finds all friction so."""
     looked: list[bool] = []
+    if always_held:
+        left_to_dart(world)
     stepper, follow = world._stepper, world._stepper.follow
-    stepper._alone = not always_held
 
     def followed(*arguments: Any) -> None:
         follow(*arguments)
@@ -136,7 +137,7 @@ def test_dart_looks_before_anything_touches() -> None:
 
 def test_the_compiled_arm_is_dart_s() -> None:
     arm = modelled(bench_arm())
-    dynamics, body = ArmDynamics(arm, kendama_game(), links=True), arm.new_body()
+    dynamics, body = CompiledArm(arm, kendama_game(), links=True), arm.new_body()
     skeleton, rng, rotors = body.skeleton, np.random.default_rng(4), np.diag(arm.rotor_inertia_kg_m2)
     skeleton.setGravity(np.array([0.0, 0.0, -arm.gravity_m_s2]))
     for _ in range(20):

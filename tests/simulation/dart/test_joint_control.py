@@ -63,9 +63,8 @@ class Wheel:
             speed = self.skeleton.getVelocities()
             effort = uncompensated(self.friction, torque_nm, speed)
             if self.way == "constraint":
-                self.friction.hold()
+                self.joint.setCoulombFriction(0, float(self.friction.level_nm[0]))
             else:
-                self.friction.release()
                 effort = effort + self.compiled(effort, speed)
             self.skeleton.setForces(effort)
             self.world.step()
@@ -147,13 +146,10 @@ def test_unknown_shares_scale_every_known_friction() -> None:
     friction = JointFriction(joints, known, arm.limits.effort_nm)
     friction.set_unknown(0.25, 0.1)
     assert not uncompensated(friction, 0.0, np.zeros(7)).any()
-    friction.hold()
-    found = [joint.getCoulombFriction(0) for joint in joints]
-    assert found == pytest.approx(1.1 * (known.coulomb_nm + known.stribeck_nm) + 0.25)
+    assert friction.level_nm == pytest.approx(1.1 * (known.coulomb_nm + known.stribeck_nm) + 0.25)
     # far above the Stribeck speed the rest is Coulomb's
     uncompensated(friction, 0.0, np.full(7, 5.0))
     assert friction.level_nm == pytest.approx(1.1 * known.coulomb_nm + 0.25)
-    friction.release()
     assert not any(joint.getCoulombFriction(0) for joint in joints)
     assert [joint.getDampingCoefficient(0) for joint in joints] == pytest.approx(1.1 * known.viscous_nm_s)
 

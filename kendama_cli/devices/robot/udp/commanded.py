@@ -6,9 +6,7 @@ import time
 from collections.abc import Callable
 from enum import Enum
 
-import numpy as np
-
-from kendama_cli.devices.robot.interface import BrakingTorque, JointCommand, Robot, torque_interface
+from kendama_cli.devices.robot.interface import JointCommand, Robot
 from kendama_cli.devices.robot.limiter import braked
 from kendama_cli.devices.robot.udp import protocol
 from kendama_cli.devices.robot.udp.datagram_line import Address, DatagramLine, has_socket
@@ -22,11 +20,9 @@ from kendama_cli.devices.robot.udp.seal import (
     session_number,
     session_seal,
 )
-from kendama_cli.devices.robot.udp.torque_protocol import TorqueReport, pack_torque_report, unpack_torque
 from kendama_cli.errors import KendamaError
-from kendama_cli.robot_model.joint_torque import JointTorque
 
-COMMANDS = (Kind.RESET, Kind.COMMAND, Kind.TORQUE, Kind.HALT)
+COMMANDS = (Kind.RESET, Kind.COMMAND, Kind.HALT)
 LET_GO_S = 60.0
 """A commander on another machine that was silent for so long, its robot at rest, has let go when another one asks."""
 _SENDERS = 4
@@ -130,10 +126,8 @@ class Session:
         return self._lives
 
 
-Command = JointCommand | JointTorque
 _BRAKING_S = 2.0
 """A robot that is not at rest so long after a stop is halted as it is."""
-_STILL_RAD_S = 1e-2
 
 
 class CommandedRobot:
@@ -148,19 +142,14 @@ class CommandedRobot:
         self.robot = open_robot()
         self.session = Session(secret, may_skip=realtime)
         self.moving = self.braking = False
-        self._sent: Command | None = None
+        self._sent: JointCommand | None = None
         self._answered: bytes | None = None
         self._open_robot = open_robot
         self._line = line
         self._realtime = realtime
         self._watchdog_s, self._stopped_s = watchdog_s, 0.0
 
-    def period_s(self, command: Command | None) -> float:
-        """Return the time for which the robot moves under ``command`` [s]."""
-        torque = self.robot.torque if isinstance(command, JointTorque) else None
-        return self.robot.period_s if torque is None else torque.period_s
-
-    def take(self, data: bytes, sender: Address) -> Command | None:
+    def take(self, data: bytes, sender: Address) -> JointCommand | None:
         """Return the command to carry out, if ``data`` is one; everything else is answered here, or ignored."""
         session = self.session
         datagram = session.authentic(data)
@@ -178,7 +167,7 @@ class CommandedRobot:
             return self._next(datagram, order)
         return None
 
-    def _next(self, datagram: Datagram, order: Order) -> Command | None:
+    def _next(self, datagram: Datagram, order: Order) -> JointCommand | None:
         """Return the command to carry out, if ``datagram``, which is new, brings one."""
         session = self.session
         try:
@@ -203,13 +192,12 @@ class CommandedRobot:
         self.session.is_first = self.moving = self.braking = False
         self._answer(Kind.WELCOME, opening.counter, _welcome(self.robot, self._realtime, self._watchdog_s))
 
-    def _obey(self, datagram: Datagram) -> Command | None:
+    def _obey(self, datagram: Datagram) -> JointCommand | None:
         session, n = self.session, len(self.robot.joint_names)
-        if datagram.kind in (Kind.COMMAND, Kind.TORQUE):
-            unpack = protocol.unpack_command if datagram.kind is Kind.COMMAND else unpack_torque
-            command: Command = unpack(datagram.payload, n)
+        if datagram.kind is Kind.COMMAND:
+            command = protocol.unpack_command(datagram.payload, n)
             if not session.ready:
-                raise DatagramError(f"{datagram.kind.name} came before the first RESET")
+                raise DatagramError("COMMAND came before the first RESET")
             return command
         if datagram.kind is Kind.RESET:
             position, seed = protocol.unpack_reset(datagram.payload, n)
@@ -221,35 +209,27 @@ class CommandedRobot:
             return None
         raise DatagramError("the commander sent HALT")
 
-    def move(self, command: Command) -> None:
+    def move(self, command: JointCommand) -> None:
         """Have the robot carry out ``command``, and report it to the commander."""
         self.moving = True
         session = self.session
         try:
-            if isinstance(command, JointTorque):
-                torque = torque_interface(self.robot, "a torque command").exchange(command)
-                self._sent, kind = torque.sent, Kind.TORQUE_STATE
-                report = pack_torque_report(TorqueReport(torque, session.missed, session.ignored))
-            else:
-                done = self.robot.exchange(command)
-                self._sent, kind = done.sent, Kind.STATE
-                report = protocol.pack_report(Report(done, session.missed, session.ignored))
+            done = self.robot.exchange(command)
         except KendamaError as error:
             self.stop(str(error))
             self._refuse(session.counter)
             return
-        self._answer(kind, session.counter, report)
+        self._sent = done.sent
+        self._answer(Kind.STATE, session.counter, protocol.pack_report(Report(done, session.missed, session.ignored)))
 
     def brake(self) -> None:
         """Have the robot slow down within its limits for one period; after a stop, until it is at rest and halts."""
         robot, last, still = self.robot, self._sent, True
         try:
-            if isinstance(last, JointCommand):
+            if last is not None:
                 slower = braked(last, robot.limits.acceleration_rad_s2, robot.period_s)
                 self._sent = sent = robot.exchange(slower).sent
                 still = not sent.velocity_rad_s.any()
-            elif last is not None and isinstance(robot.torque, BrakingTorque):
-                still = bool((np.abs(robot.torque.brake().state.velocity_rad_s) < _STILL_RAD_S).all())
         except KendamaError as error:
             self.stop(str(error))
             still = True
@@ -282,7 +262,4 @@ class CommandedRobot:
 
 
 def _welcome(robot: Robot, realtime: bool, watchdog_s: float) -> bytes:
-    torque_s = 0.0 if robot.torque is None else robot.torque.period_s
-    return protocol.pack_welcome(
-        Welcome(robot.joint_names, robot.limits, robot.period_s, realtime, watchdog_s, torque_s)
-    )
+    return protocol.pack_welcome(Welcome(robot.joint_names, robot.limits, robot.period_s, realtime, watchdog_s))

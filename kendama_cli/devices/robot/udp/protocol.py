@@ -1,9 +1,8 @@
 """Datagrams between robot and commander: their kinds, and one fixed little-endian layout for each.
 
 reference/protocol.md describes all of it for whoever writes the end of the robot. The commander sends HELLO, OPEN (see
-seal.py), then RESET, COMMAND and HALT under counters that rise by one, or TORQUE in place of COMMAND; the robot
-answers with WELCOME, STATE, TORQUE_STATE or STOPPED under the same counter, or WORKING while a RESET is under way.
-TORQUE and TORQUE_STATE are laid out in torque_protocol.py.
+seal.py), then RESET, COMMAND and HALT under counters that rise by one; the robot answers with WELCOME, STATE or STOPPED
+under the same counter, or WORKING while a RESET is under way.
 """
 
 from __future__ import annotations
@@ -23,6 +22,7 @@ VERSION = 5
 MAX_BYTES = 4096
 """No datagram of this protocol is longer."""
 _WELCOME = struct.Struct("<BBddd")
+"""The last double is spare: 0."""
 NAME_BYTES = 48
 _RESET = struct.Struct("<Q")
 _STATE = struct.Struct("<dIIB")
@@ -46,8 +46,6 @@ class Kind(IntEnum):
     STATE = 7
     HALT = 8
     STOPPED = 9
-    TORQUE = 10
-    TORQUE_STATE = 11
     WORKING = 12
 
 
@@ -69,8 +67,7 @@ class Datagram:
 class Welcome:
     """Robot's account of itself: joints, limits, control period, and how it keeps time.
 
-    ``watchdog_s`` is the silence after which a moving robot stops and stays stopped, ``torque_period_s`` the period of
-    torque commands, 0 where it takes none.
+    ``watchdog_s`` is the silence after which a moving robot stops and stays stopped.
     """
 
     joint_names: tuple[str, ...]
@@ -78,7 +75,6 @@ class Welcome:
     period_s: float
     realtime: bool
     watchdog_s: float
-    torque_period_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -93,7 +89,7 @@ class Report:
 def pack_welcome(welcome: Welcome) -> bytes:
     """Pack the payload of WELCOME; raises ValueError for a joint name that does not fit."""
     n = len(welcome.joint_names)
-    parts = [_WELCOME.pack(n, welcome.realtime, welcome.period_s, welcome.watchdog_s, welcome.torque_period_s)]
+    parts = [_WELCOME.pack(n, welcome.realtime, welcome.period_s, welcome.watchdog_s, 0.0)]
     for name in welcome.joint_names:
         encoded = name.encode()
         if len(encoded) > NAME_BYTES:
@@ -107,11 +103,10 @@ def unpack_welcome(payload: bytes) -> Welcome:
     """Unpack the robot's account of itself; raises DatagramError if the layout does not fit."""
     if len(payload) < _WELCOME.size:
         raise DatagramError(f"malformed WELCOME of {len(payload)} bytes")
-    n, realtime, period_s, watchdog_s, torque_period_s = _WELCOME.unpack_from(payload)
+    n, realtime, period_s, watchdog_s, _ = _WELCOME.unpack_from(payload)
     for name, value, least_s, most_s in (
         ("period", period_s, _MIN_S, _MAX_PERIOD_S),
         ("watchdog", watchdog_s, _MIN_S, _MAX_WATCHDOG_S),
-        ("torque period", torque_period_s or _MIN_S, _MIN_S, _MAX_PERIOD_S),
     ):
         if not least_s <= value <= most_s:
             raise DatagramError(f"the WELCOME says a {name} of {value:g} s; allowed: {least_s:g} to {most_s:g}")
@@ -125,14 +120,8 @@ def unpack_welcome(payload: bytes) -> Welcome:
         raise DatagramError(f"the WELCOME names the joints {list(names)}; allowed: one name or more, each once")
     values = floats(payload, _WELCOME.size + n * NAME_BYTES).reshape(len(_LIMITS), n)
     _check_limits(names, values)
-    return Welcome(
-        names,
-        JointLimits(**dict(zip(_LIMITS, values, strict=True))),
-        period_s,
-        bool(realtime),
-        watchdog_s,
-        torque_period_s,
-    )
+    limits = JointLimits(**dict(zip(_LIMITS, values, strict=True)))
+    return Welcome(names, limits, period_s, bool(realtime), watchdog_s)
 
 
 def _check_limits(names: tuple[str, ...], values: Array) -> None:

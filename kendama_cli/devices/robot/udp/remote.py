@@ -5,49 +5,31 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
-from typing import TypeVar
 
 import numpy as np
 
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, TorqueExchange
-from kendama_cli.devices.robot.limiter import ABSURD_FACTOR, check_values, limit_command
-from kendama_cli.devices.robot.task import Task
+from kendama_cli.devices.robot.interface import Exchange, JointCommand
+from kendama_cli.devices.robot.limiter import limit_command
 from kendama_cli.devices.robot.udp import protocol
 from kendama_cli.devices.robot.udp.commander_line import CommanderLine
-from kendama_cli.devices.robot.udp.protocol import DatagramError, Kind, Report
+from kendama_cli.devices.robot.udp.protocol import DatagramError, Kind
 from kendama_cli.devices.robot.udp.seal import read_key
-from kendama_cli.devices.robot.udp.torque_protocol import TorqueReport, pack_torque, unpack_torque_report
 from kendama_cli.errors import HardwareError
-from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.schema.arrays import Array
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import CommandHardware
 from kendama_cli.settings.robot import RobotSettings
-
-R = TypeVar("R", Report, TorqueReport)
 
 _PERIODS_TO_WAIT = 3
 """In real time, an answer that is later than this many periods counts as lost, and the next command goes out."""
 
 
 @contextmanager
-def open_command(hardware: CommandHardware, robot: RobotSettings, task: Task) -> Iterator[UdpRobot]:
+def open_command(hardware: CommandHardware, robot: RobotSettings, game: GameSettings) -> Iterator[UdpRobot]:
     """Connect to the robot that listens there; raises InputError of the key, HardwareError if none answers."""
     secret = read_key(hardware.key_file)
     with closing(LimitedRobot(hardware.host, hardware.port, secret, silence_s=hardware.silence_s)) as client:
         yield client
-
-
-class UdpTorque:
-    """The TorqueInterface of a robot behind UDP."""
-
-    def __init__(self, robot: UdpRobot, period_s: float) -> None:
-        self.period_s = period_s
-        self.effort_nm = robot.limits.effort_nm
-        self._robot = robot
-
-    def exchange(self, command: JointTorque) -> TorqueExchange:
-        """See UdpRobot.exchange_torque."""
-        return self._robot.exchange_torque(command)
 
 
 class UdpRobot:
@@ -82,7 +64,6 @@ class UdpRobot:
         self.realtime = welcome.realtime
         self.watchdog_s = welcome.watchdog_s
         self._line.lockstep = not welcome.realtime
-        self.torque = UdpTorque(self, welcome.torque_period_s) if welcome.torque_period_s > 0 else None
 
     @property
     def ignored(self) -> int:
@@ -91,19 +72,15 @@ class UdpRobot:
 
     def exchange(self, command: JointCommand) -> Exchange:
         """Carry out one control period; raises HardwareError when the line or the robot has failed."""
-        return self._report(self._command(Kind.COMMAND, protocol.pack_command(command), Kind.STATE, self.period_s))
+        packed = protocol.pack_command(command)
+        if not self.realtime:
+            return self._report(self._line.ask(Kind.COMMAND, packed, Kind.STATE))
+        at_most_s, hold_s = min(self._silence_s, self.watchdog_s), _PERIODS_TO_WAIT * self.period_s
+        return self._report(self._line.ask(Kind.COMMAND, packed, Kind.STATE, hold_s=hold_s, at_most_s=at_most_s))
 
     def reset(self, position_rad: Array, seed: int) -> Exchange:
         """Bring the robot to rest at ``position_rad`` (n,) with the ball hanging still."""
         return self._report(self._line.ask(Kind.RESET, protocol.pack_reset(position_rad, seed), Kind.STATE))
-
-    def exchange_torque(self, command: JointTorque) -> TorqueExchange:
-        """Carry out one period of torque control; raises HardwareError when the line or the robot has failed."""
-        period_s = self.period_s if self.torque is None else self.torque.period_s
-        answer = self._command(Kind.TORQUE, pack_torque(command), Kind.TORQUE_STATE, period_s)
-        report = self._unpacked(unpack_torque_report, answer)
-        self.missed, self._ignored_there = report.missed, report.ignored
-        return report.exchange
 
     def halt(self) -> None:
         """Stop the robot and stay stopped; idempotent, never raises."""
@@ -113,22 +90,13 @@ class UdpRobot:
         """Halt and let go of the line."""
         self._line.close()
 
-    def _command(self, kind: Kind, payload: bytes, expected: Kind, period_s: float) -> bytes:
-        if not self.realtime:
-            return self._line.ask(kind, payload, expected)
-        at_most_s = min(self._silence_s, self.watchdog_s)
-        return self._line.ask(kind, payload, expected, hold_s=_PERIODS_TO_WAIT * period_s, at_most_s=at_most_s)
-
     def _report(self, answer: bytes) -> Exchange:
-        report = self._unpacked(protocol.unpack_report, answer)
-        self.missed, self._ignored_there = report.missed, report.ignored
-        return report.exchange
-
-    def _unpacked(self, unpack: Callable[[bytes, int], R], answer: bytes) -> R:
         try:
-            return unpack(answer, len(self.joint_names))
+            report = protocol.unpack_report(answer, len(self.joint_names))
         except DatagramError as error:
             raise self._line.fail(str(error)) from None
+        self.missed, self._ignored_there = report.missed, report.ignored
+        return report.exchange
 
 
 class LimitedRobot(UdpRobot):
@@ -159,12 +127,3 @@ class LimitedRobot(UdpRobot):
             )
         self._last = JointCommand(np.asarray(position_rad), np.zeros_like(lower), np.zeros_like(lower))
         return super().reset(position_rad, seed)
-
-    def exchange_torque(self, command: JointTorque) -> TorqueExchange:
-        """Command as UdpRobot.exchange_torque does, within the largest torques."""
-        most = self.limits.effort_nm
-        try:
-            check_values("torque_nm", command.torque_nm, ABSURD_FACTOR * most)
-        except HardwareError as absurd:
-            raise self._line.fail(str(absurd)) from None
-        return super().exchange_torque(dataclasses.replace(command, torque_nm=np.clip(command.torque_nm, -most, most)))

@@ -1,7 +1,7 @@
 """The simulated robot behind UDP: a twin of the real one, with a body that differs a little from the model.
 
 A stop is latched: from then on the commander's datagrams are answered with STOPPED and its reason, and only a new
-session (see seal.py), then RESET, leaves it. In lockstep the robot moves one control period per COMMAND or TORQUE and
+session (see seal.py), then RESET, leaves it. In lockstep the robot moves one control period per COMMAND and
 knows no clock: a commander that says nothing may be suspended, and moves nothing. In real time it moves at every period
 of the wall clock, brakes within its limits where no command came in time, counts that, and stops for good after
 ``watchdog_s`` of silence. A stop brakes too. Who has not the secret is ignored, and counted.
@@ -15,13 +15,13 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from kendama_cli.devices.robot.interface import Robot
+from kendama_cli.devices.robot.interface import JointCommand, Robot
 from kendama_cli.devices.robot.rebuilt import rebuilt_robot
-from kendama_cli.devices.robot.task import Task
-from kendama_cli.devices.robot.udp.commanded import Command, CommandedRobot
+from kendama_cli.devices.robot.udp.commanded import CommandedRobot
 from kendama_cli.devices.robot.udp.datagram_line import DatagramLine
 from kendama_cli.devices.robot.udp.protocol import VERSION
 from kendama_cli.errors import HardwareError
+from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import TwinHardware
 from kendama_cli.settings.robot import RobotSettings
 
@@ -32,7 +32,7 @@ _CHECK_S = 0.5
 
 def serve_twin(
     robot: RobotSettings,
-    task: Task,
+    game: GameSettings,
     hardware: TwinHardware,
     secret: bytes,
     *,
@@ -46,7 +46,7 @@ def serve_twin(
     See ``serve_robot``.
     """
     serve_robot(
-        lambda: rebuilt_robot(hardware, robot, task),
+        lambda: rebuilt_robot(hardware, robot, game),
         secret,
         host=host,
         port=port,
@@ -105,7 +105,6 @@ class RobotServer:
         self._realtime = realtime
         self._watchdog_s = watchdog_s
         self._keep_going = keep_going
-        self._last: Command | None = None
         self._tick_s = 0.0
 
     @property
@@ -135,15 +134,14 @@ class RobotServer:
         if command is None:
             return
         if self._realtime:
-            self._last = command
             self._tick_s = time.monotonic()
         self._commanded.move(command)
 
     def _one_period(self) -> None:
         """Take what comes until the period is over, then move; nobody can keep it from ending by sending much."""
-        period_s = self._commanded.period_s(self._last)
+        period_s = self._commanded.robot.period_s
         self._tick_s = max(self._tick_s + period_s, time.monotonic() - period_s)
-        fresh: Command | None = None
+        fresh: JointCommand | None = None
         left_s = period_s
         while left_s > 0:
             left_s = self._tick_s - time.monotonic()
@@ -155,7 +153,6 @@ class RobotServer:
             if not (self._commanded.moving or self._commanded.braking):
                 return
         if fresh is not None and self._commanded.moving:
-            self._last = fresh
             self._commanded.move(fresh)
             return
         if self._commanded.moving:

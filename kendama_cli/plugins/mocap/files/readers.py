@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from kendama_cli.devices.recordings.body_track import BodyTrack
-from kendama_cli.devices.recordings.reader import KNOWN
 from kendama_cli.devices.recordings.recording_format import layout_command, text_of
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.mocap.files.bvh import read_bvh
 from kendama_cli.plugins.mocap.files.c3d import read_c3d
 from kendama_cli.plugins.mocap.files.exports import read_motive, read_qualisys, read_trc, read_vicon
+from kendama_cli.plugins.shared.recordings.reader import KNOWN
 from kendama_cli.schema.units import METRES, LengthUnit
 
 

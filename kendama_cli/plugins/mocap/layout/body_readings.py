@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from kendama_cli.devices.recordings.body_track import BodyTrack
-from kendama_cli.devices.recordings.reader import read_bodies
 from kendama_cli.devices.recordings.recording_format import BVH, RecordingFormat
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.mocap.layout.reading import AxisMap, Finding, Reading, rank_of
+from kendama_cli.plugins.shared.recordings.reader import read_bodies
 from kendama_cli.schema.units import METRES, LengthUnit
 
 SEEN = 0.5

@@ -18,7 +18,6 @@ from kendama_cli.config.site import Site, bundled_root, group_options
 from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.devices.demonstrator.settings import FileCapture
 from kendama_cli.devices.recordings.columnar import columnar_texts
-from kendama_cli.devices.recordings.reader import KNOWN
 from kendama_cli.devices.recordings.recording_format import NPZ, PARQUET, TABLE, format_of, name_of, text_of
 from kendama_cli.errors import InputError, KendamaError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
@@ -26,6 +25,7 @@ from kendama_cli.plugins.mocap.layout.body_readings import body_readings
 from kendama_cli.plugins.mocap.layout.fit import Fit, fits
 from kendama_cli.plugins.mocap.layout.reading import Reading
 from kendama_cli.plugins.mocap.layout.table_readings import table_readings
+from kendama_cli.plugins.shared.recordings.reader import KNOWN
 from kendama_cli.store.durable import write_file
 
 MOST_EQUALS = 4

@@ -12,8 +12,8 @@ import numpy as np
 
 from kendama_cli.devices.demonstrator.axes import to_ours
 from kendama_cli.devices.demonstrator.interface import DemonstratorSample
-from kendama_cli.devices.streams.stream_file import StreamFile
 from kendama_cli.errors import ConfigError, HardwareError, KendamaError
+from kendama_cli.plugins.shared.streams.stream_file import StreamFile
 from kendama_cli.plugins.teleoperation.haptic.coupling import Coupling
 from kendama_cli.plugins.teleoperation.haptic.device_protocols import DEVICES, Grip, Told, Trouble
 from kendama_cli.plugins.teleoperation.haptic.haptic_line import HapticLine

@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from kendama_cli.devices.streams import vrpn
-from kendama_cli.devices.streams.openigtlink import TEXT_BEGINS, TRANSFORM, MessageStream, transform
+from kendama_cli.plugins.shared.streams import vrpn
+from kendama_cli.plugins.shared.streams.openigtlink import TEXT_BEGINS, TRANSFORM, MessageStream, transform
 from kendama_cli.plugins.teleoperation.haptic.settings import HapticCapture
 from kendama_cli.schema.units import METRES
 

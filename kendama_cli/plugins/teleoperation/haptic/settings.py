@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from kendama_cli.devices.demonstrator.axes import Axes, to_ours
-from kendama_cli.devices.streams.stream_server import StreamServer
+from kendama_cli.plugins.shared.streams.stream_server import StreamServer
 from kendama_cli.schema.settings import setting
 from kendama_cli.settings.game import GameSettings
 

@@ -9,11 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState, TorqueExchange
+from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState, SceneState
 from kendama_cli.devices.robot.udp import protocol
 from kendama_cli.devices.robot.udp.protocol import DatagramError, Report, Welcome
-from kendama_cli.devices.robot.udp.torque_protocol import TorqueReport, pack_torque_report, unpack_torque_report
-from kendama_cli.robot_model.joint_torque import JointTorque
 from kendama_cli.robot_model.limits import JointLimits
 
 
@@ -40,7 +38,6 @@ NAN, INF = float("nan"), float("inf")
     [
         *(({"period_s": value}, "a period of") for value in (NAN, INF, 0.0, -0.004, 1e-9, 1e9)),
         *(({"watchdog_s": value}, "a watchdog of") for value in (NAN, INF, 0.0, -1.0, 1e300)),
-        *(({"torque_period_s": value}, "a torque period of") for value in (NAN, INF, -1.0, 1e9)),
         *(({"joint_names": names}, "names the joints") for names in (("a", "a"), ("a", ""), ("\0", "b"))),
     ],
 )
@@ -84,8 +81,6 @@ def test_counts_begin_anew_after_32_bits() -> None:
     report = Report(Exchange(JointCommand(zeros, zeros, zeros), state, 0.5), 2**40 + 5, 2**32)
     told = protocol.unpack_report(protocol.pack_report(report), 2)
     assert (told.missed, told.ignored) == (5, 0)
-    torque = TorqueReport(TorqueExchange(JointTorque(zeros, zeros), state, 0.5), 2**33 + 6)
-    assert unpack_torque_report(pack_torque_report(torque), 2).missed == 6
 
 
 def test_a_joint_name_too_long_for_the_line_is_refused() -> None:

@@ -17,8 +17,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kendama_cli.devices.streams.openigtlink import TRANSFORM, MessageStream, string, transform
 from kendama_cli.errors import HardwareError
+from kendama_cli.plugins.shared.streams.openigtlink import TRANSFORM, MessageStream, string, transform
 from kendama_cli.plugins.teleoperation.haptic.haptic_line import HapticLine
 from tests.plugins.teleoperation.play.table_top import swing
 

@@ -9,9 +9,9 @@ import sys
 import numpy as np
 import pytest
 
-from kendama_cli.devices.streams.openigtlink import string, transform
 from kendama_cli.errors import ConfigError, HardwareError
 from kendama_cli.plugins.mocap.body import read_bodies
+from kendama_cli.plugins.shared.streams.openigtlink import string, transform
 from kendama_cli.plugins.teleoperation.haptic.device import HapticDemonstrator, HapticLink, open_haptic
 from kendama_cli.plugins.teleoperation.haptic.settings import HapticCapture
 from kendama_cli.schema.settings import build

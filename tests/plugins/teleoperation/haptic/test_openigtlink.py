@@ -7,8 +7,16 @@ import time
 import numpy as np
 import pytest
 
-from kendama_cli.devices.streams.openigtlink import EXTENDED, HEADER, TRANSFORM, MessageStream, crc64, string, transform
 from kendama_cli.errors import HardwareError
+from kendama_cli.plugins.shared.streams.openigtlink import (
+    EXTENDED,
+    HEADER,
+    TRANSFORM,
+    MessageStream,
+    crc64,
+    string,
+    transform,
+)
 from kendama_cli.plugins.teleoperation.haptic.haptic_line import HapticLine
 
 

@@ -1,0 +1,1 @@
+"""Code that several parts need and the core does not; a part may import it, and it imports no part."""

@@ -1,0 +1,1 @@
+"""Every body and marker of a recording, whatever program wrote it."""

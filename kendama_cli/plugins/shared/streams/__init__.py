@@ -1,0 +1,1 @@
+"""Poses that programs send over the network: VRPN and OpenIGTLink."""

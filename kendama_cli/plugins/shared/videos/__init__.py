@@ -1,0 +1,1 @@
+"""Video files and images, read and written."""
