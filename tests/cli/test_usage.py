@@ -12,6 +12,7 @@ import pytest
 import kendama_cli
 from kendama_cli.cli import version_line
 from tests import warm_command
+from tests.cli.typed import kendama
 from tests.toy_project import ToyProject
 
 
@@ -87,8 +88,13 @@ def complaint(toy: ToyProject, *arguments: str) -> str:
         (["log", "info", "nowhere.mcap"], "nowhere.mcap"),
     ],
 )
-def test_wrong_usage_is_one_line_with_exit_code_2(laboratory: ToyProject, arguments: list[str], message: str) -> None:
-    assert message in complaint(laboratory, *arguments)
+def test_wrong_usage_is_one_line_with_exit_code_2(
+    here: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
+    code, out, err = kendama(capsys, *arguments)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("kendama: ")
+    assert message in err
 
 
 def test_a_users_conf_and_pipelines_come_before_the_bundled(toy_beside_ours: ToyProject) -> None:

@@ -161,7 +161,7 @@ def test_a_size_that_the_arm_can_play_is_searched_where_it_cannot_play_the_motio
 
 def test_a_catch_without_reach_leaves_the_race_and_does_not_end_the_search(bundled: MotionPlan) -> None:
     """The reach that is asked for lies between those of two catches; asked for more than both, the stage is refused."""
-    settings = dataclasses.replace(QUICK, tau_range=(0.93, 1.2), max_rollouts=20, repeats=2)
+    settings = dataclasses.replace(QUICK, tau_range=(0.93, 1.2), max_rollouts=12, repeats=2)
 
     def asking(reach_m: float) -> AdaptSettings:
         return dataclasses.replace(settings, uncertainty=dataclasses.replace(settings.uncertainty, min_reach_m=reach_m))
