@@ -80,6 +80,7 @@ def write_transfer(log: FieldLog, rng: np.random.Generator) -> tuple[dict[str, A
             "led": True,
             "outcome": "",
             "path_m": [-0.2, 0.2],
+            "bent": [],
         }
         log.write("/transfer/imitation/rollout", start_s, attempt | came_down)
         write_arm(log, "/transfer/scene", "/transfer/imitation", start_s + t, cup)
