@@ -177,9 +177,10 @@ def reached(s: Array, p: Physics, aim: Aim) -> bool:
 
 
 @compiled
-def _advance(  # noqa: PLR0917
+def advance(  # noqa: PLR0917
     s: Array, tally: Array, command: float, gain: float, p: Physics, w: Limits, aim: Aim
 ) -> int:
+    """Advance the swing ``s`` and its ``tally`` by a step under the limited command; return how it ends, or DUE."""
     step(s, _limited(command, s, p, w) * gain, p)
     x_m = abs(s[0])
     if x_m > tally[PEAK]:
@@ -240,9 +241,9 @@ def hold(  # noqa: PLR0917
     chosen_s, effective = k * p.step_s, k + delay
     while True:
         if k < effective:
-            end = _advance(s, tally, before, gain_before, p, w, aim)
+            end = advance(s, tally, before, gain_before, p, w, aim)
         else:
-            end = _advance(s, tally, command, gain, p, w, aim)
+            end = advance(s, tally, command, gain, p, w, aim)
         k += 1
         if end != DUE:
             return k, end
@@ -289,49 +290,6 @@ def play(swings: Array, commands: Array, steps: int, p: Physics) -> None:
             for i in range(row.size):
                 now = (x[i], bx[i], bz[i], v[i], bvx[i], bvz[i], fx[i], fz[i])
                 x[i], bx[i], bz[i], v[i], bvx[i], bvz[i], fx[i], fz[i] = _moved(now, row[i], p)
-
-
-@compiled
-def hold_each(  # noqa: PLR0917 - plain arrays, as compiled code takes them
-    swings: Array,
-    tallies: Array,
-    taken: Array,
-    ends: Array,
-    misses: Array,
-    wanted: Array,
-    gains: Array,
-    before: Array,
-    delays: Array,
-    rules: Record,
-    catches: Record,
-    steps: int,
-    at_most: int,
-) -> None:
-    """Hold wanted[i] for ``steps`` in every rollout i that goes on (ends[i] is DUE), all in place.
-
-    Until delays[i] steps are over, before[i] (m/s^2, gain), the action that was held last, takes effect. ``taken`` are
-    the steps of each rollout, ``at_most`` ends it as TIMEOUT. Where a release is followed by a flight, misses[i] is how
-    far beside the axis the ball came down; NaN for a catch. ``catches`` are the rules with the limits of the flight.
-    """
-    for i in range(len(swings)):
-        if ends[i] != DUE:
-            continue
-        p, w, aim = rules[i].physics, rules[i].limits, rules[i].aim
-        for k in range(steps):
-            if k < delays[i]:
-                ends[i] = _advance(swings[i], tallies[i], before[i, 0], before[i, 1], p, w, aim)
-            else:
-                ends[i] = _advance(swings[i], tallies[i], wanted[i], gains[i], p, w, aim)
-            taken[i] += 1
-            if ends[i] == DUE and taken[i] == at_most:
-                ends[i] = TIMEOUT
-            if ends[i] != DUE:
-                break
-        if ends[i] == GOAL:
-            flown, flight = swings[i].copy(), catches[i].limits
-            fly(flown, LONGEST_FLIGHT, aim.catch_acceleration_m_s2, p, flight)
-            misses[i] = math.nan if is_caught(flown, aim.mouth_m, p, flight) else abs(flown[1] - flown[0])
-        before[i, 0], before[i, 1] = wanted[i], gains[i]
 
 
 def packed(p: Physics, w: Limits, aim: Aim, bins: Bins, longest_s: float) -> tuple[Record, Array]:

@@ -19,6 +19,7 @@ from kendama_cli.learning.reward import final_reward, step_reward
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.task_settings import RailEngine
+from kendama_cli.plugins.agents.environments.many_rollouts import hold_each
 from kendama_cli.plugins.agents.environments.rollout_options import RolloutOptions
 from kendama_cli.plugins.agents.environments.spaces import Accelerations, ActionKind, Observation, Observed
 from kendama_cli.plugins.agents.environments.swing_up import HOLD_S, Shaping, held, task
@@ -54,7 +55,7 @@ class RailRollouts:
 
     def hold(self, wanted_m_s2: NDArray[np.float64]) -> None:
         """Hold an acceleration (n,) in every rollout that goes on."""
-        kernel.hold_each(
+        hold_each(
             self._swings,
             self._tallies,
             self._taken,
