@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from kendama_cli.control import reachable
-from kendama_cli.control.reachable import Surroundings
+from kendama_cli.control.reachable import Surroundings, follow_from_s
 from kendama_cli.errors import StageError
 from kendama_cli.settings.safety import SafetySettings
 from tests.control.seen_swings import ADAPT, swing
@@ -32,6 +34,11 @@ def cup_m() -> np.ndarray:
     """Where the planned cup is from FROM_S on (n, 3)."""
     joints = swing().joints
     return np.array([swing().arm.tool_position_m(q) for q in joints.position_rad[joints.t_s >= FROM_S]])
+
+
+def test_a_ball_is_followed_from_a_tenth_of_a_second_before_its_flight_on() -> None:
+    flights: list[Any] = [SimpleNamespace(flight_start_s=one) for one in (1.5, 0.05, None)]
+    assert [follow_from_s(one) for one in flights] == [1.4, 0.0, 0.0]
 
 
 def test_in_the_usual_room_the_shipped_arm_is_held_off_its_own_stop_alone() -> None:
