@@ -194,15 +194,6 @@ def test_half_swings_are_counted_at_each_turn_of_the_ball():
     assert rollout.half_swings == 4
 
 
-def test_the_noise_has_the_configured_spread():
-    environment = SwingUpEnvironment(learn_settings(), GAME)
-    noise = environment.noise(np.random.default_rng(0))
-    assert np.std(noise.angle_rad) == pytest.approx(math.radians(1.0), rel=0.1)
-    assert np.std(noise.rate_rad_s) == pytest.approx(0.087, rel=0.1)
-    assert np.std(noise.gain) == pytest.approx(0.03, rel=0.1)
-    assert 0.91 - 1e-12 <= min(noise.gain) <= max(noise.gain) <= 1.09 + 1e-12
-
-
 def test_a_validation_adds_another_body_to_the_same_noise():
     environment = SwingUpEnvironment(learn_settings(), GAME)
     validation = environment.settings.validation.randomisation
