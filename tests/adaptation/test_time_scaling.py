@@ -137,3 +137,13 @@ def test_windows_come_widest_first() -> None:
 def test_a_jump_between_two_ways_of_coming_down_is_no_window() -> None:
     trials = _explore(lambda tau: 0.3 if tau < 1.007 else -0.3)
     assert catch_windows(trials, WHERE, 0.035) == ()
+
+
+def test_two_catches_are_of_one_window_until_a_miss_is_seen_between_them() -> None:
+    """They lie too far apart for a curve through both, so that nothing is known of what lies between."""
+    caught = [TauTrial(0.9, 0.01, True), TauTrial(1.1, -0.01, True)]
+    lost = TauTrial(1.0, 0.3, False)
+    for trials, ends in ((caught, [(0.9, 1.1)]), ([*caught, lost], [(0.9, 0.9), (1.1, 1.1)])):
+        found = sorted((window.low, window.high) for window in catch_windows(trials, WHERE, 0.038))
+        assert len(found) == len(ends)
+        assert sum(found, ()) == pytest.approx(sum(ends, ()), abs=1e-3)
