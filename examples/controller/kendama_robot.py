@@ -14,8 +14,7 @@ from hashlib import blake2s
 from pathlib import Path
 
 VERSION, LARGEST, LET_GO_S, MOST_SENDERS, NAN3 = 5, 4096, 60.0, 4, (math.nan,) * 3
-HELLO, CHALLENGE, OPEN, WELCOME, RESET, COMMAND, STATE, HALT, STOPPED = range(1, 10)
-WORKING = 12
+HELLO, CHALLENGE, OPEN, WELCOME, RESET, COMMAND, STATE, HALT, STOPPED, WORKING = *range(1, 10), 12
 HEADER = struct.Struct("<4sHHQQ")
 
 
