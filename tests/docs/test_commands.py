@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import functools
 import re
 import shlex
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -76,8 +76,8 @@ def parsed(words: list[str]) -> tuple[str, dict[str, Any]]:
     return " ".join(names), command.make_context(names[-1], words).params if names else {}
 
 
-def check(line: str) -> None:
-    """Raise where ``line`` is no command, or its overrides do not compose in the folder that it is typed in."""
+def asked(line: str) -> list[tuple[str, ...]]:
+    """The overrides of ``line``, of the first and the last run where it is a sweep; raises where it is no command."""
     name, given = parsed(shlex.split(REDIRECTED.sub("", line))[1:])
     site = find_site()
     pipeline = load_pipeline(given.get("pipeline") or "kendama", site.pipeline_folders).until(given.get("until"))
@@ -85,14 +85,33 @@ def check(line: str) -> None:
     if name == "config":  # keys and groups to print, between overrides
         overrides = [word for word in overrides if "=" in word]
     combinations = sweep_work.expand_sweep(site, overrides) if name == "sweep" else [overrides]
-    for texts in (combinations[0], combinations[-1]):
-        _compose((*pipeline.overrides, *texts))
+    return [(*pipeline.overrides, *texts) for texts in (combinations[0], combinations[-1])]
 
 
-@functools.cache
-def _compose(overrides: tuple[str, ...]) -> None:
-    """Once for all lines that ask for the same, typed in the same folder."""
+def compose(overrides: Iterable[str]) -> None:
+    """Raise where these do not compose in the folder that they are typed in."""
     build_settings(composed(find_site(), list(overrides)))
+
+
+def check(line: str) -> None:
+    """Raise where ``line`` is no command, or its overrides do not compose."""
+    for overrides in asked(line):
+        compose(overrides)
+
+
+def together(lines: Iterable[str]) -> list[dict[str, tuple[str, ...]]]:
+    """What lines ask for, by node: those that ask for nothing else of the same node share a composition."""
+    made: list[dict[str, tuple[str, ...]]] = []
+    for overrides in dict.fromkeys(one for line in lines for one in asked(line)):
+        nodes: dict[str, tuple[str, ...]] = {}
+        for text in overrides:
+            node = re.split(r"[./=@]", text.lstrip("+~"))[0]
+            nodes[node] = (*nodes.get(node, ()), text)
+        fits = (one for one in made if all(one.get(node, texts) == texts for node, texts in nodes.items()))
+        if (first := next(fits, None)) is None:
+            made.append(first := {})
+        first.update(nodes)
+    return made
 
 
 @pytest.fixture(scope="module")
@@ -118,8 +137,13 @@ def test_the_pages_show_many_commands() -> None:
 
 
 @pytest.mark.parametrize(("page", "line"), SHOWN, ids=[f"{page}: {line}" for page, line in SHOWN])
-def test_a_command_of_the_docs_parses_and_composes(page: str, line: str) -> None:
-    check(line)
+def test_a_command_of_the_docs_is_one(page: str, line: str) -> None:
+    assert asked(line)
+
+
+def test_what_the_docs_ask_for_composes() -> None:
+    for nodes in together(line for _, line in SHOWN):
+        compose(text for texts in nodes.values() for text in texts)
 
 
 @pytest.mark.parametrize(
