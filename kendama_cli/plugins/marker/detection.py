@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,9 +25,14 @@ SMALL_PX = 80.0
 SHARPENED, SOFT_PX = 1.0, 1.5
 """An unsharp mask, its weight and width: with 3 px of motion blur it decodes 1.00 of markers of 16 px, 0.87 without."""
 
-SAME_SHAPE, SAME_PLACE = 0.12, 1.5
-"""A square whose cells are blurred is the marker where its corners lie as before, to this part of a side, about a
-middle that moved by so many sides at most. (The white edge's outer square is larger by a third.)"""
+LIKE = 0.7
+"""Correlation from which a blurred image shows the marker as it was last read, blurred along a line."""
+BLURS, BLUR_ANGLES = (0.2, 0.4, 0.6), 6
+"""The lines' lengths, in sides, and how many directions they have."""
+BLURRED_SIDES = 0.05
+"""Standard deviation of a blurred marker's corners, in sides."""
+EDGE_SIDES = 0.3
+"""So much about the marker is compared: its white edge, and a part of what is behind."""
 MIDDLE_OF_SIDE = (0.15, 0.85)
 """Blur rounds the corners; sides are straight between."""
 POINTS_A_SIDE = 24
@@ -40,9 +44,11 @@ Image = NDArray[Any]
 
 @dataclass(frozen=True)
 class SeenMarker:
-    """The corners (4, 2) [px] from the marker's top left on, clockwise as it is printed; ``side_px`` is their mean."""
+    """The corners (4, 2) [px] from the marker's top left on, clockwise as it is printed, and their standard deviation
+    [px] where the image tells more than their reprojection; ``side_px`` is their mean distance."""
 
     corners_px: Array
+    sigma_px: float = 0.0
 
     @property
     def side_px(self) -> float:
@@ -78,13 +84,13 @@ class MarkerDetector:
         printed = cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary])
         self._detector = cv2.aruco.ArucoDetector(printed, parameters)
         self._number, self._cells = number, printed.markerSize + 2
+        self._read: tuple[Image, Array] | None = None
 
     def find(self, image: NDArray[np.uint8], expected: SeenMarker | None = None) -> SeenMarker | None:
         """Find the marker in ``image`` (grey or BGR): first near ``expected``, enlarged if small, then anywhere.
 
-        At last a square near ``expected`` and like it is the marker, if its cells cannot be read.
+        Where it cannot be read it is sought near ``expected`` as it looked when it last was, but blurred.
         """
-        squares: list[Array] = []
         grey: Image = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
         if expected is not None:
             reach = REGION_SIDES * max(expected.side_px, 16.0)
@@ -93,21 +99,26 @@ class MarkerDetector:
             part = np.ascontiguousarray(grey[low[1] : high[1], low[0] : high[0]])
             tries = ((2, 0.0), (4, SHARPENED)) if expected.side_px < SMALL_PX else ((1, 0.0), (2, SHARPENED))
             for enlarged, sharpened in tries if part.size else ():
-                found, unread = self._found(part, enlarged, sharpened)
+                found = self._found(part, enlarged, sharpened)
                 if found is not None:
-                    return SeenMarker(along_sides(grey, found + low, self._cells))
-                squares += [one + low for one in unread]
+                    return self._seen(grey, found + low)
         for enlarged, sharpened in ((1, 0.0), (2, SHARPENED)):
-            found, _ = self._found(grey, enlarged, sharpened)
+            found = self._found(grey, enlarged, sharpened)
             if found is not None:
-                return SeenMarker(along_sides(grey, found, self._cells))
-        if expected is None or (like := _likest(squares, expected)) is None:
-            return None
-        return SeenMarker(along_sides(grey, like, self._cells))
+                return self._seen(grey, found)
+        return None if expected is None or self._read is None else _blurred(grey, expected, *self._read)
 
-    def _found(self, grey: Image, enlarged: int, sharpened: float) -> tuple[Array | None, list[Array]]:
-        """Find the marker's corners (4, 2) in the pixels of ``grey``, ``enlarged`` times as large and sharpened, and
-        those of squares that cannot be read."""
+    def _seen(self, grey: Image, corners_px: Array) -> SeenMarker:
+        """Return the marker that was read, and keep how it looks."""
+        seen = SeenMarker(along_sides(grey, corners_px, self._cells))
+        edge = EDGE_SIDES * seen.side_px
+        low = np.maximum(np.floor(seen.corners_px.min(axis=0) - edge), 0).astype(int)
+        high = np.ceil(seen.corners_px.max(axis=0) + edge).astype(int) + 1
+        self._read = grey[low[1] : high[1], low[0] : high[0]].copy(), seen.corners_px - low
+        return seen
+
+    def _found(self, grey: Image, enlarged: int, sharpened: float) -> Array | None:
+        """Find corners (4, 2) in the pixels of ``grey``, looked for ``enlarged`` times as large and sharpened."""
         seen = grey
         if enlarged > 1:
             seen = cv2.resize(grey, None, fx=enlarged, fy=enlarged, interpolation=cv2.INTER_CUBIC)
@@ -115,33 +126,44 @@ class MarkerDetector:
             soft = cv2.GaussianBlur(seen, (0, 0), SOFT_PX * enlarged)
             seen = cv2.addWeighted(seen, 1 + sharpened, soft, -sharpened, 0)
         answer: Any = self._detector.detectMarkers(seen)  # without a marker the numbers are None
-        corners, numbers, rejected = answer
+        corners, numbers = answer[:2]
+        if numbers is None:
+            return None
+        mine = [one for one, number in zip(corners, np.ravel(numbers), strict=True) if number == self._number]
+        if not mine:
+            return None
+        largest = max(mine, key=lambda one: float(cv2.contourArea(one)))
         # pixel centres lie at whole numbers: enlarged, the first pixel's centre is at (k - 1) / 2
-        read, unread = (
-            [np.asarray((one.reshape(4, 2) - (enlarged - 1) / 2) / enlarged, dtype=np.float64) for one in some]
-            for some in (corners, rejected)
-        )
-        known = np.ravel([] if numbers is None else numbers)
-        mine = [one for one, number in zip(read, known, strict=True) if number == self._number]
-        return max(mine, key=_area, default=None), unread
+        return np.asarray((largest.reshape(4, 2) - (enlarged - 1) / 2) / enlarged, dtype=np.float64)
 
 
-def _area(corners_px: Array) -> float:
-    return float(cv2.contourArea(corners_px.astype(np.float32)))
+def _blurred(grey: Image, expected: SeenMarker, picture: Image, corners_px: Array) -> SeenMarker | None:
+    """Find the ``picture``, blurred along a line, near ``expected``; ``corners_px`` (4, 2) are its marker's."""
+    reach = REGION_SIDES * expected.side_px
+    low = np.maximum(np.floor(expected.centre_px - reach), 0).astype(int)
+    high = np.ceil(expected.centre_px + reach).astype(int) + 1
+    around = grey[low[1] : high[1], low[0] : high[0]]
+    if around.shape[0] < picture.shape[0] or around.shape[1] < picture.shape[1]:
+        return None
+    best, found = LIKE, None
+    for length in BLURS:
+        for angle in np.pi * np.arange(BLUR_ANGLES) / BLUR_ANGLES:
+            blurred = cv2.filter2D(picture, -1, _line(length * expected.side_px, float(angle)))
+            _, score, _, place = cv2.minMaxLoc(cv2.matchTemplate(around, blurred, cv2.TM_CCOEFF_NORMED))
+            if score > best:
+                best, found = score, place
+    if found is None:
+        return None
+    return SeenMarker(corners_px + low + found, BLURRED_SIDES * expected.side_px)
 
 
-def _likest(squares: Sequence[Array], expected: SeenMarker) -> Array | None:
-    """Return the square's corners (4, 2), in the marker's order, that are most like ``expected``; None if none is."""
-    before, side = expected.corners_px - expected.centre_px, expected.side_px
-    best, least = None, SAME_SHAPE * side
-    for square in squares:
-        middle = square.mean(axis=0)
-        for turned in range(4):
-            corners = np.roll(square, turned, axis=0)
-            off = float(np.abs(corners - middle - before).max())
-            if off < least and float(np.linalg.norm(middle - expected.centre_px)) < SAME_PLACE * side:
-                best, least = corners, off
-    return best
+def _line(length_px: float, angle_rad: float) -> NDArray[np.float64]:
+    """Return the kernel of a motion of ``length_px``."""
+    half = int(np.ceil(length_px / 2))
+    kernel = np.zeros((2 * half + 1, 2 * half + 1))
+    for at in np.linspace(-length_px / 2, length_px / 2, 8 * half):
+        kernel[round(half + at * np.sin(angle_rad)), round(half + at * np.cos(angle_rad))] += 1
+    return np.asarray(kernel / kernel.sum())
 
 
 def along_sides(grey: Image, corners_px: Array, cells: int) -> Array:

@@ -63,7 +63,7 @@ def _followed(path: str, settings: MarkerSettings, tell: Tell = silent) -> Recor
         last = seen or last
         stamps.append(stamp_s)
         tell(len(stamps), None)
-        frames.append([] if seen is None else marker_poses(seen.corners_px, settings.size_m, camera))
+        frames.append([] if seen is None else marker_poses(seen, settings.size_m, camera))
     known = [i for i, candidates in enumerate(frames) if candidates]
     if camera is None or len(known) < FEWEST_SEEN:
         raise InputError(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from kendama_cli.plugins.marker.detection import SeenMarker
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel
 
@@ -33,9 +34,9 @@ class PoseCandidate:
     error_px: float
 
 
-def marker_poses(corners_px: Array, side_m: float, camera: CameraModel) -> list[PoseCandidate]:
-    """Return one or two candidates for corners (4, 2), best first; none if they are no square before the camera."""
-    points, lens = side_m * CORNERS, camera.optics
+def marker_poses(seen: SeenMarker, side_m: float, camera: CameraModel) -> list[PoseCandidate]:
+    """Return one or two candidates, best first; none if the corners are no square before the camera."""
+    points, lens, corners_px = side_m * CORNERS, camera.optics, seen.corners_px
     try:
         count, turns, places, _ = cv2.solvePnPGeneric(
             points, corners_px, lens.matrix, lens.distortion, flags=cv2.SOLVEPNP_IPPE_SQUARE
@@ -57,7 +58,7 @@ def marker_poses(corners_px: Array, side_m: float, camera: CameraModel) -> list[
                 np.asarray(placed, dtype=np.float64).ravel(),
                 np.asarray(rotation, dtype=np.float64),
                 _covariance(points @ rotation.T, np.asarray(placed, dtype=np.float64).ravel(), camera),
-                float(np.sqrt(spread / 4)),
+                max(float(np.sqrt(spread / 4)), seen.sigma_px),
             )
         )
     return sorted(found, key=lambda one: one.error_px)

@@ -4,10 +4,10 @@
 
 renders the films of FILMS for the SWINGS, with boxes wrong by a pixel, follows ball and cup, and writes
 FOLDER/errors.csv: rms error in the swing's plane, scale across and up, rms error of the depth. Films of MARKED have a
-printed marker on a cup that turns, which is followed in place of the boxes. With CATCHES it then runs the stage `adapt`
-(PA10, ``adapt/uncertainty=hard``, visual catch, REPEATS repeats) on so many of the swings of each row, beside the true
-swing and beside some whose phases are drawn anew, into FOLDER/catches.csv. What stands there is left out, and after
-MINUTES nothing further is begun. Each NAME is a row; without one all are made.
+printed marker on a cup that turns, which is followed in place of the boxes. With CATCHES it takes so many of the SWINGS
+alone, and runs the stage `adapt` (PA10, ``adapt/uncertainty=hard``, visual catch, REPEATS repeats) on what was read,
+beside the true swing and beside two whose phases are drawn anew, into FOLDER/catches.csv. What stands there is left
+out, and after MINUTES nothing further is begun. Each NAME is a row; without one all are made.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ FILMS = {
     "10 degrees beside": Shoot(yaw_deg=10.0),
     "20 degrees beside": Shoot(yaw_deg=20.0),
     "4 m": Shoot(away_m=4.0),
-    "60 images a second": Shoot(rate_hz=60.0),
+    "30 images a second": Shoot(rate_hz=30.0),
     "phone leans by 10 degrees": Shoot(roll_deg=10.0),
     "in a hand, 3 px": Shoot(shake_px=3.0),
 }
@@ -179,7 +179,7 @@ def main() -> None:
     chosen = sys.argv[4:] or ["true swing", *NULLS, *READ]
     folder.mkdir(parents=True, exist_ok=True)
     end_s = time.monotonic() + 60 * minutes
-    rows = [(name, number) for name in READ if name in chosen for number in SWINGS]
+    rows = [(name, number) for name in READ if name in chosen for number in SWINGS[: int(catches) or None]]
     fill(
         folder / "errors.csv",
         ERRORS,

@@ -47,7 +47,7 @@ class Shoot:
     away_m: float = 2.0
     yaw_deg: float = 0.0
     roll_deg: float = 0.0
-    rate_hz: float = 30.0
+    rate_hz: float = 60.0
     shake_px: float = 0.0
     width_px: int = 1280
     height_px: int = 720

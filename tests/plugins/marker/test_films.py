@@ -12,9 +12,10 @@ import yaml
 
 from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.errors import ConfigError, HardwareError, InputError
+from kendama_cli.plugins.marker.detection import MarkerDetector
 from kendama_cli.plugins.marker.settings import MarkerCapture, MarkerLiveCapture
 from kendama_cli.schema.settings import build
-from tests.plugins.marker.marker_film import FIELD_DEG, write_film
+from tests.plugins.marker.marker_film import FIELD_DEG, FOCAL, picture, turned, write_film
 
 CONF = Path(__file__).parents[3] / "conf" / "capture"
 RATE_HZ = 30.0
@@ -84,6 +85,21 @@ def test_another_marker_is_not_taken_for_it(tmp_path):
     short = write_film(tmp_path / "a.avi", t_s[:40], place_m[:40], turns[:40], rate_hz=10.0, exposure_s=0.001)
     with pytest.raises(InputError, match=r"marker 1 of 4x4_50 is seen in 0 of 3 frames"):
         open_demonstrators(settings(short, number=1))
+
+
+@pytest.mark.parametrize("way", [(1.0, 0.0), (0.0, 1.0), (0.7, 0.7)])
+def test_a_marker_that_is_too_blurred_to_be_read_is_found_where_it_was(way):
+    """It has 20 px and is blurred over 9; a small print in its place is not taken for it."""
+    rng, detector = np.random.default_rng(10000), MarkerDetector("4x4_50", 0)
+    place_m, facing = np.array([0.02, 0.01, 1.2]), turned((0.1, 0.1, 0.0))
+    before = detector.find(picture([place_m], [facing], 0.04, rng))
+    motion_m = 9 / FOCAL * 1.2 * np.array([*way, 0.0])
+    at_m = [place_m + [0.01, 0.01, 0.0] + motion_m * part for part in np.linspace(-0.5, 0.5, 9)]
+    blurred = picture(at_m, [facing] * 9, 0.04, rng)
+    assert detector.find(blurred) is None
+    found = detector.find(blurred, before)
+    assert found.centre_px - before.centre_px == pytest.approx([5.0, 5.0], abs=1.0)
+    assert detector.find(picture([place_m], [facing], 0.004, rng), before) is None
 
 
 def test_what_is_no_film_is_told(tmp_path):
