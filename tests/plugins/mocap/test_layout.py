@@ -11,16 +11,19 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from omegaconf import OmegaConf
 
 from kendama_cli.config.compose import composed
 from kendama_cli.config.site import bundled_root, find_site
 from kendama_cli.devices.demonstrator.interface import open_demonstrators
 from kendama_cli.devices.demonstrator.recording import Recording
 from kendama_cli.errors import InputError
-from kendama_cli.pipeline.nodes import build_settings
+from kendama_cli.pipeline.nodes import build_settings, node_schemas
 from kendama_cli.plugins.mocap.layout.column_names import named
 from kendama_cli.plugins.mocap.layout.fit import liveliest
+from kendama_cli.schema.settings import build_value
 from tests.cli.typed import kendama, refused
+from tests.shipped_conf import plain
 
 QUAT = (0.1, 0.2, 0.3, 0.86**0.5)
 """x, y, z, w of a unit quaternion."""
@@ -45,7 +48,8 @@ def _write(name: str, columns: Sequence[Any], head: Sequence[str], sep: str = ",
 
 def _read(capture: str) -> np.ndarray[Any, Any]:
     """The swing as ``capture=NAME`` gives it (n, 4): t, x, y, z, each from its start."""
-    settings = build_settings(composed(find_site(), [f"capture={capture}"]))["capture"]
+    whole = OmegaConf.merge(plain("capture", "file"), OmegaConf.load(f"conf/capture/{capture}.yaml"))
+    settings = build_value(node_schemas()[0]["capture"], OmegaConf.to_container(whole), "capture")
     (hand,) = open_demonstrators(settings)
     rows = np.array([[one.t_s, *one.position_m] for one in hand.samples()])
     return rows - rows[0]
@@ -74,6 +78,8 @@ def test_a_strangers_csv_needs_two_commands(swing: Any, capsys: pytest.CaptureFi
     columns = {"time": "Time [ms]", "x": "Z [mm]", "y": "X [mm]", "z": "Y [mm]"}
     assert made == {"kind": "file", "path": "day one.csv", "columns": columns, "unit": "mm", "time_unit": "ms"}
     _same_swing(_read("day_one"), swing)
+    composed_by_name = build_settings(composed(find_site(), ["capture=day_one"]))["capture"]
+    assert (composed_by_name.path, composed_by_name.unit, composed_by_name.columns.x) == ("day one.csv", "mm", "Z [mm]")
     assert matplotlib.image.imread("path.png").std() > 0.01
 
 
@@ -162,7 +168,7 @@ def test_a_persons_swing_on_an_arm_is_read_as_its_publisher_says(
         ("phone/slide/Accelerometer.csv", "no three columns that can be a position; it has Time (s), X (m/s^2)"),
         ("phone/arch-in-hand/Acceleration.csv", "measure accelerations: 9.8 at rest"),
         ("films/trflorian-ball.csv", "no three columns that can be a position"),
-        ("kendama-video/images/IMG_4535-0000.jpg", "not a text file"),
+        ("kendama-video/images/IMG_4535-0000.jpg", "is a picture, which is not read"),
     ],
 )
 def test_what_holds_no_places_is_refused(
