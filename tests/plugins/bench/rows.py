@@ -61,10 +61,11 @@ def read() -> list[dict[str, Any]]:
 def cells(environment: str, lines: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return the row of docs that the ``lines`` of an environment make."""
     frozen, replayed, random, gain = (np.array([line[name] for line in lines]) for name in METRICS[:4])
+    low, high = DOCUMENT["environments"][environment]["returns"]
     return [
         environment.removeprefix("dm_control/").removesuffix("-v0") if "/" in environment else environment,
         f"{int(lines[0]['seed'])} to {int(lines[-1]['seed'])}",
-        *(_with(values) for values in (frozen, replayed)),
+        *(_with(values, low, high) for values in (frozen, replayed)),
         f"{random.mean():.0f}",
         _with(gain),
         f"{int((gain > 0.0).sum())} of {len(gain)}",
@@ -72,9 +73,10 @@ def cells(environment: str, lines: Sequence[Mapping[str, Any]]) -> list[str]:
     ]
 
 
-def _with(values: Any) -> str:
+def _with(values: Any, low: float = -np.inf, high: float = np.inf) -> str:
     between = mean_interval(values) if len(values) >= FEWEST else None
-    return f"{values.mean():.0f}" + ("" if between is None else f" [{between[0]:.0f}, {between[1]:.0f}]")
+    ends = "" if between is None else " [{:.0f}, {:.0f}]".format(*np.clip(between, low, high))
+    return f"{values.mean():.0f}{ends}"
 
 
 def table(lines: Sequence[Mapping[str, Any]]) -> list[list[str]]:
