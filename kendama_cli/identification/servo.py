@@ -9,8 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter, savgol_filter
 
+from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.artifacts.servo_model import ServoModel
 from kendama_cli.devices.robot.interface import Exchange
+from kendama_cli.motion.sampling import columns_at
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 
@@ -86,6 +88,17 @@ def fit_servo(arm: RobotModel, sent_rad: Array, measured_rad: Array, period_s: f
     rest_s = max(_rest_s(sent, ahead, pure, moved), -(delay + 0.5) * period_s)
     fit = _Fit.of(sent, ahead.after(rest_s), pure.after(rest_s), moved)
     return fit.servo(arm.joint_names, delay * period_s + rest_s, period_s)
+
+
+def followed(arm: RobotModel, joints: JointTrajectory, servo: ServoModel) -> JointTrajectory:
+    """Return the motion that ``arm`` with this ``servo`` makes of the commands ``joints``, evenly spaced in time."""
+    commands = (joints.position_rad, joints.velocity_rad_s, joints.acceleration_rad_s2)
+    effort_nm = np.array([arm.rigid_effort_nm(*row) for row in zip(*commands, strict=True)])
+    period_s = float(joints.t_s[1] - joints.t_s[0])
+    angles = _lagged(joints.position_rad - servo.sag_rad_nm * effort_nm - servo.offset_rad, servo.lag_s, period_s)
+    position = columns_at(joints.t_s - servo.dead_time_s, joints.t_s, angles)
+    velocity = np.gradient(position, period_s, axis=0)
+    return JointTrajectory(joints.joint_names, joints.t_s, position, velocity, np.gradient(velocity, period_s, axis=0))
 
 
 def _lagged(sent: Array, lag_s: Array, period_s: float) -> Array:

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from kendama_cli.adaptation.aim import MAX_POOR
+from kendama_cli.adaptation.aim import MAX_POOR, predicted
 from kendama_cli.adaptation.aim_search import IN_A_ROW, AimedMotions, AimSearch
 from kendama_cli.adaptation.search_record import Attempt, MotionVariation, PerturbedSimulations, Search
 from kendama_cli.adaptation.settings import AdaptSettings
@@ -68,9 +68,34 @@ def test_cma_es_catches_where_no_aim_does(searched: tuple[Attempt, ...]) -> None
     assert len({one.variation for one in searched}) == len(searched) - IN_A_ROW + 1, "the catch alone comes again"
 
 
-def test_transfer_plays_the_same_motions_and_none_twice(motions: AimedMotions, searched: tuple[Attempt, ...]) -> None:
+def about(motions: AimedMotions) -> ImitationAims:
+    """Return the aims of transfer among ``motions``, without the arm that they are simulated on."""
     aims = ImitationAims.__new__(ImitationAims)
     vars(aims).update(_heading_rad=0.0, _motions=motions, _mouth_m=MOUTH_M, _seed=SEED)
+    return aims
+
+
+@pytest.mark.parametrize("unled_m", [(-0.12, 0.05), None])
+def test_a_play_that_was_not_led_counts_by_what_the_model_does_not_tell_of_it(
+    motions: AimedMotions,
+    monkeypatch: pytest.MonkeyPatch,
+    unled_m: tuple[float, float] | None,
+) -> None:
+    """The model says -0.10 m of the motion as planned, and -0.12 m of what the servo made of it; -0.15 m was missed."""
+    aims = about(motions)
+    monkeypatch.setattr(ImitationAims, "_unled_m", lambda self, servo: unled_m)
+    unled = AttemptFigures(None, (0.0, 0.0), False, (-0.15, 0.05), 0.2, led=False)
+    aim = aims.next([unled], 1.0, cast("Any", "servo"))
+    if unled_m != (-0.12, 0.05):
+        assert aim == aims.first, "nothing counts where the model's ball does not come down"
+    else:
+        x, _ = predicted(motions.path, aim)
+        assert x == pytest.approx(0.15 - 0.12), "the residual is -0.03 m along x"
+        assert aim.shift_m[1] == pytest.approx(0.0)
+
+
+def test_transfer_plays_the_same_motions_and_none_twice(motions: AimedMotions, searched: tuple[Attempt, ...]) -> None:
+    aims = about(motions)
     played: list[AttemptFigures] = []
     rope_scale = 1.1
     for expected in searched[: 1 - IN_A_ROW]:

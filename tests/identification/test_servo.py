@@ -14,7 +14,7 @@ from kendama_cli.control.imitation import Played, play_motion
 from kendama_cli.devices.robot.leading import LeadingRobot
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.errors import StageError
-from kendama_cli.identification.servo import fit_servo, servo_of
+from kendama_cli.identification.servo import fit_servo, followed, servo_of
 from kendama_cli.robot_model.model import RobotModel
 from tests.control.test_rope_fit import swing
 from tests.stages.transfer_setup import GAME, ROBOT, TWIN
@@ -57,6 +57,23 @@ def test_lag_and_dead_time_are_found_through_the_encoders_noise(lag_s: float, de
     assert servo.lag_s[:5] == pytest.approx(lag_s, rel=0.03)
     assert servo.dead_time_s == pytest.approx(dead_periods * PERIOD_S, abs=1.01 * PERIOD_S)
     assert servo.lag_s[5:] == pytest.approx(np.median(servo.lag_s[:5])), "joints at rest take the others' lag"
+
+
+def test_the_motion_that_a_servo_makes_of_commands_is_told_beforehand() -> None:
+    """Dead time and lag by hand; at rest, before anything moves, the arm sags as its weight says."""
+    angles, none, compliance = motion(), np.zeros(7), 4e-4
+    t_s = np.arange(len(angles)) * PERIOD_S
+    velocity = np.gradient(angles, PERIOD_S, axis=0)
+    commands = JointTrajectory(ARM.joint_names, t_s, angles, velocity, np.gradient(velocity, PERIOD_S, axis=0))
+    late = followed(ARM, commands, ServoModel(ARM.joint_names, 2 * PERIOD_S, none + 0.05, none, none, none))
+    assert late.position_rad == pytest.approx(lagging(angles, 0.05, 2), abs=4.2e-3)  # half a period at 2.1 rad/s
+    assert np.abs(late.position_rad - angles).max() > 0.09
+    assert late.velocity_rad_s == pytest.approx(np.gradient(late.position_rad, PERIOD_S, axis=0))
+    rest, still = np.repeat(angles[:1], 9, axis=0), np.zeros((9, 7))
+    resting = JointTrajectory(ARM.joint_names, t_s[:9], rest, still, still)
+    sagging = followed(ARM, resting, ServoModel(ARM.joint_names, 0.0, none, none, none + compliance, none + 0.01))
+    weight_nm = ARM.rigid_effort_nm(angles[0], none, none)
+    assert sagging.position_rad[-1] == pytest.approx(angles[0] - compliance * weight_nm - 0.01)
 
 
 def test_an_arm_that_follows_is_left_alone() -> None:

@@ -7,15 +7,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kendama_cli.adaptation.aim import Aim, AimedRollout, next_aim, observed_miss
+from kendama_cli.adaptation.aim import Aim, AimedRollout, Miss, next_aim, observed_miss
 from kendama_cli.adaptation.aim_search import AimedMotions
 from kendama_cli.adaptation.aim_words import next_aim_by_words, read_outcome
 from kendama_cli.adaptation.catch_family import CatchFamily, attempt_of
 from kendama_cli.adaptation.search_record import MOUTH_SHARE, Attempt, MotionVariation
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
+from kendama_cli.artifacts.servo_model import ServoModel
 from kendama_cli.control.imitation import scaled_motion
 from kendama_cli.errors import SimulationError
+from kendama_cli.identification.servo import followed
 from kendama_cli.motion.dmp.heading import heading_turn, swing_heading_rad, turned_plan
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings
@@ -41,7 +43,7 @@ class ImitationAims:
         ``seed`` is that of the search that is left where no aim leads to a catch.
         """
         self._heading_rad = swing_heading_rad(motion.plan)
-        self._adapt, self._seed = adapt, seed
+        self._adapt, self._seed, self._planned = adapt, seed, motion.joints
         self._arm = RobotModel(robot, game.cup, game.gravity_m_s2)
         self._world = ArmWorld(turned(robot, -self._heading_rad), game)
         plan = turned_plan(motion.plan, -self._heading_rad)
@@ -71,23 +73,39 @@ class ImitationAims:
             return Attempt(variation, False, None, None, 0.0, None, str(error))
         return attempt_of(variation, swing, result)
 
-    def next(self, played: Sequence[AttemptFigures], rope_scale: float) -> Aim:
-        """Return the aim after the attempts ``played``; where aiming has failed, a motion of the search."""
+    def next(self, played: Sequence[AttemptFigures], rope_scale: float, servo: ServoModel | None = None) -> Aim:
+        """Return the aim after the attempts ``played``; where aiming has failed, a motion of the search.
+
+        Attempts that no servo led count by what they missed beside the model's miss with ``servo``.
+        """
         if words := [(self.aim(one), told) for one in played if (told := read_outcome(one.outcome)) is not None]:
             return next_aim_by_words(self._motions.path, words)
-        rollouts = [self._rollout(one, rope_scale) for one in played]
+        rollouts = [rollout for one in played if (rollout := self._rollout(one, rope_scale, servo)) is not None]
         aimed = [one for one in rollouts if not one.aim.bent]
         aim = next_aim(self._motions.path, aimed, self._mouth_m)
         costs_m = [math.hypot(*one.miss_m) for one in rollouts if one.aim.bent]
         return self._motions.searched(aimed, costs_m, self._seed) if aim is None else aim
 
-    def _rollout(self, one: AttemptFigures, rope_scale: float) -> AimedRollout:
+    def _rollout(self, one: AttemptFigures, rope_scale: float, servo: ServoModel | None) -> AimedRollout | None:
         miss_m = None
         if one.miss_m is not None:
             x, y, _ = heading_turn(-self._heading_rad) @ np.array([*one.miss_m, 0.0]) / rope_scale
             miss_m = (float(x), float(y))
         miss_m = observed_miss(miss_m, (one.apex_m or 0.0) / rope_scale, self._motions.path.forward)
+        if not one.led:
+            unled_m = None if servo is None else self._unled_m(servo)
+            if unled_m is None:
+                return None
+            miss_m = (miss_m[0] - unled_m[0] + self.first.along_m, miss_m[1] - unled_m[1])
         return AimedRollout(self.aim(one), one.caught, miss_m)
+
+    def _unled_m(self, servo: ServoModel) -> Miss | None:
+        """Return the miss in the model of the motion as planned that no command leads; None without a descent."""
+        try:
+            result = play_rollout(self._world, followed(self._arm, self._planned, servo))
+        except SimulationError:
+            return None
+        return None if result.signed_miss_m is None else (result.signed_miss_m, result.side_miss_m or 0.0)
 
     def aim(self, one: AttemptFigures) -> Aim:
         """Return the aim of an attempt."""

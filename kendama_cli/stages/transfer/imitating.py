@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from kendama_cli.adaptation.settings import CorrectionSettings
 from kendama_cli.artifacts.motion_plan import CatchMotion, JointTrajectory
 from kendama_cli.artifacts.proportion import Evaluation
+from kendama_cli.artifacts.servo_model import ServoModel
 from kendama_cli.control.flight_observer import WatchedFlight
 from kendama_cli.control.game_runner import GameRunner
 from kendama_cli.control.imitation import Played, VisualImitation, fitted, play_motion
@@ -34,6 +35,11 @@ if TYPE_CHECKING:  # it needs the simulator, which a policy alone does not
 
 HALVINGS = 4
 """A change of the motion that is not safe is halved so often, then left out."""
+
+MAX_UNLED_S = 0.04
+"""A play that no servo led counts up to this delay: of a larger one the miss has so large a share (0.19 m at 60 ms)
+that an error of a tenth would lose the next catch.
+"""
 
 
 def imitation_over(progress: Progress, settings: TransferSettings) -> bool:
@@ -93,7 +99,7 @@ class ImitationSession:
                 playable = attempts.again(caught[0])
                 self._play(playable, "repeat", len(progress.repeats), game, around.adapt.catch == "visual")
                 continue
-            chosen = attempts.next(progress.attempts)
+            chosen = attempts.next(progress.attempts, None if self._identified else progress.servo)
             self._play(chosen, "imitation", len(progress.attempts), game, around.adapt.catch == "visual")
 
     def _play(self, chosen: _Playable, phase: str, index: int, game: GameSettings, visual: bool) -> None:
@@ -185,13 +191,18 @@ class _Attempts:
     around: Surroundings
     rope_scale: float
 
-    def next(self, played: Sequence[AttemptFigures]) -> _Playable:
-        """Return the motion to play after the attempts ``played``."""
-        told = [one for one in played if one.led and (one.outcome or one.apex_m is not None)]
+    def next(self, played: Sequence[AttemptFigures], servo: ServoModel | None = None) -> _Playable:
+        """Return the motion to play after the attempts ``played``, of which the first may have been unled by ``servo``.
+
+        Without one of at most MAX_UNLED_S, or told in words, an attempt that was not led counts for nothing.
+        """
+        known = servo is not None and servo.delay_s <= MAX_UNLED_S
+        counted = [one for one in played if one.led or (known and not one.outcome)]
+        told = [one for one in counted if one.outcome or one.apex_m is not None]
         if self.aims is None or not told:
             return self.planned
         aims = self.aims()
-        return self._safe(aims, aims.next(told, self.rope_scale))
+        return self._safe(aims, aims.next(told, self.rope_scale, servo))
 
     def again(self, one: AttemptFigures) -> _Playable:
         """Return the motion of an attempt."""

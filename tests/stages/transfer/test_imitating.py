@@ -39,7 +39,7 @@ class FakeAims:
 
     path_m = (-0.2, 0.2)
 
-    def next(self, played: Sequence[AttemptFigures], rope_scale: float) -> Aim:
+    def next(self, played: Sequence[AttemptFigures], rope_scale: float, servo: ServoModel | None) -> Aim:
         last = played[-1]
         assert last.miss_m is not None
         return Aim(-last.miss_m[0] / rope_scale)
@@ -78,6 +78,15 @@ def test_the_planned_motion_comes_first_and_again_once_the_servo_leads() -> None
     before = dataclasses.replace(MISSED, led=False)
     chosen = attempts().next([before])
     assert chosen.aim is None, "what was missed before the servo was known says nothing of the motion"
+
+
+@pytest.mark.parametrize(("delay_s", "aimed"), [(0.03, True), (0.1, False)])
+def test_a_miss_before_the_servo_was_known_counts_where_it_is_fast(delay_s: float, aimed: bool) -> None:
+    before = dataclasses.replace(MISSED, led=False)
+    none = np.zeros(1)
+    servo = ServoModel(("a",), 0.01, none + delay_s - 0.01, none, none, none)
+    assert (attempts().next([before], servo).aim == Aim(0.1)) == aimed
+    assert attempts().next([dataclasses.replace(before, outcome="short")], servo).aim is None
 
 
 def test_a_miss_aims_the_next_attempt() -> None:
