@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.motion.dmp import encoding
 from kendama_cli.motion.dmp.averaging import encode, encode_demonstrations, prepare
 from kendama_cli.motion.dmp.primitive import play
 from tests.motion.swings import demonstration, path, settings
@@ -25,6 +26,15 @@ def reproduce(made, chosen):
 )
 def test_each_regression_reproduces_a_swing_within_its_known_error(changes, bound_mm):
     assert 1e3 * reproduce(demonstration(), settings(**changes)).rms_m < bound_mm
+
+
+@pytest.mark.parametrize("count", [301, 1500])
+def test_a_swing_is_thinned_by_cubics(count):
+    """A cubic comes back as it is at even fractions of its length."""
+    first, weights = encoding._cubic_weights(count)
+    cubic = np.polynomial.Polynomial([1.0, -2.0, 0.5, 3.0], [0, count - 1])
+    seen, wanted = cubic(np.arange(count)), cubic(np.linspace(0, count - 1, len(first)))
+    assert (weights * seen[first]).sum(axis=1) == pytest.approx(wanted, abs=1e-9)
 
 
 def test_more_passes_of_lwr_come_closer():
