@@ -63,7 +63,7 @@ def test_every_plot_of_the_page_is_there_in_every_form(some, made):
 
 
 def two_lines(width_mm: float | None = None) -> dict[str, bytes]:
-    """A figure of two series, in every form."""
+    """A figure of two series, in every form but those of its caption."""
     files = Files("sweep a, 8 runs", "a", width_mm)
     with made_for(files), drawing("two", "") as made:
         axes = made.axes()[0]
@@ -74,7 +74,7 @@ def two_lines(width_mm: float | None = None) -> dict[str, bytes]:
 
 def test_the_same_figure_gives_the_same_bytes():
     made = two_lines()
-    assert len(made) == len(FIGURE)
+    assert {name.partition(".")[2] for name in made} == set(FIGURE) - {"tex", "txt"}
     assert two_lines() == made
 
 
