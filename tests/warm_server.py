@@ -151,10 +151,10 @@ def import_libraries() -> None:
 
 def serve() -> None:
     """Import what every command imports, then fork a command for each line."""
-    sys.path.append(str(Path(__file__).parents[1]))
+    sys.path.insert(0, str(Path(__file__).parents[1]))  # some wheel of others brings a package 'tests' of its own
     from tests.once import share_compositions  # noqa: PLC0415 - commands do not import from this folder
 
-    sys.path.pop()
+    del sys.path[0]
     share_compositions(Path(sys.argv[1]))
     OverridesParser.create().parse_override("warm=1")
     typer.main.get_command = functools.cache(typer.main.get_command)  # from signatures, which do not change
