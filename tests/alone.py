@@ -1,7 +1,7 @@
 """Tests of real time run beside each other only: nothing of the suite's other processes computes then.
 
 They stand last, in files of their own. A worker that comes to the first of them waits for the others to do so, or to
-end. These tests wait for peers and clocks for most of their time, so that one more than there are cores run at once.
+end; then as many run at once as there are cores.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def turn() -> Iterator[None]:
 def _place() -> Iterator[None]:
     """One of the places for tests that run at once."""
     while True:
-        for number in range((os.cpu_count() or 1) + 1):
+        for number in range(os.cpu_count() or 1):
             with contextlib.suppress(Timeout), FileLock(shared_folder() / f"place{number}", blocking=False):
                 yield
                 return

@@ -112,7 +112,7 @@ def test_two_processes_make_the_same_bytes(transfers, tmp_path):
     made = subprocess.run(
         [sys.executable, "-m", "tests.report.synthetic_sweep", str(tmp_path / "runs.json")],
         check=True,
-        cwd=Path(__file__).parents[2],
+        cwd=Path(__file__).parents[3],
         capture_output=True,
         env={**os.environ, "PYTHONHASHSEED": "1", "PYTHONIOENCODING": "utf-8", "TZ": "UTC+1"},
     )
