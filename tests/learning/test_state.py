@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from kendama_cli.control.cup_cart import CartStep
 from kendama_cli.control.swing_up import SwingUpRollout
-from kendama_cli.learning.state import TURN_RAD_S, count_half_swings
+from kendama_cli.learning.state import TURN_RAD_S, count_half_swings, swing_direction
 from kendama_cli.simulation.swingup.environment import SwingUpEnvironment
 from tests.learning.settings_files import game_settings, learn_settings
 from tests.simulation.swingup.test_environment import Scripted
@@ -49,3 +49,11 @@ def test_they_are_the_runs_of_one_sign_among_the_fast_rates(rates: list[float]) 
 @given(RATES)
 def test_a_mirrored_swing_has_as_many(rates: list[float]) -> None:
     assert count_half_swings(-rate for rate in rates) == count_half_swings(rates)
+
+
+def test_a_direction_lasts_while_the_ball_is_slow() -> None:
+    rates = [0.0, 2 * TURN_RAD_S, -0.9 * TURN_RAD_S, -2 * TURN_RAD_S, 0.9 * TURN_RAD_S]
+    directions = [0]
+    for rate_rad_s in rates:
+        directions.append(swing_direction(rate_rad_s, directions[-1]))
+    assert directions == [0, 0, 1, 1, -1, -1]
