@@ -1,4 +1,4 @@
-"""What the workers of one run need alike, made by the first of them that asks: files, and compositions of ``conf/``.
+"""Files and compositions of ``conf/`` that several workers of one run need, made by the first of them that asks.
 
 A composition by Hydra takes a third of a second, and tests in many processes ask for the same choices of the same
 files. One is known by the content of every file, so that whoever writes a file has its own.

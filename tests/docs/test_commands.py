@@ -100,7 +100,7 @@ def check(line: str) -> None:
 
 
 def together(lines: Iterable[str]) -> list[dict[str, tuple[str, ...]]]:
-    """What lines ask for, by node: those that ask for nothing else of the same node share a composition."""
+    """Overrides of lines, by node: those that ask for nothing else of the same node share a composition."""
     made: list[dict[str, tuple[str, ...]]] = []
     for overrides in dict.fromkeys(one for line in lines for one in asked(line)):
         nodes: dict[str, tuple[str, ...]] = {}

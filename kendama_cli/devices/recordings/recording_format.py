@@ -70,7 +70,7 @@ FOREIGN: tuple[tuple[str, tuple[bytes, ...], tuple[str, ...], str], ...] = (
     ("a picture", (b"\x89PNG", b"\xff\xd8\xff"), (), _EXPORT),
     ("a video", (b"\x1aE\xdf\xa3",), (".mp4", ".mov", ".avi", ".mkv", ".webm"), "type: kendama explain capture"),
 )
-"""What is often at hand and no reader reads: its name, how it begins, usual endings of its binary forms, what to do."""
+"""Kinds of files that no reader reads: name, beginnings, usual endings of the binary forms, and what to do instead."""
 
 FORMATS = (MCAP, BAG, C3D, PARQUET, NPZ, BVH, QUALISYS, TRC, VICON, MOTIVE, STREAM, TABLE)
 """In the order in which they are tried; what is none of the others is a table."""

@@ -14,7 +14,7 @@ from kendama_cli.vision.detection.interface import Image
 RARE = 1e-4
 """A colour that was seen nowhere is taken to make up so much of ball and surroundings alike."""
 DARK_PART = 0.25
-"""What is darker than this part of the darkest ball pixels has no colour to speak of."""
+"""Pixels darker than this part of the darkest ball pixels have no usable colour."""
 
 
 def learn_colour(ball: Image, around: Image) -> LearnedColour:

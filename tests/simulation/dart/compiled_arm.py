@@ -32,7 +32,7 @@ class CompiledArm:
 
 
 def left_to_dart(world: ArmWorld) -> None:
-    """From now on DART finds the friction of every step of ``world``, with its contacts; rotors are carried as told."""
+    """Let DART find the friction of every step of ``world``, with its contacts; rotors are carried as told."""
     stepper, control, ball, n = world._stepper, world._control, world.ball, len(world.arm.joint_names)
     arm = CompiledArm(world.arm, ball.game)
     friction, drive = control.friction, control.drive
