@@ -88,11 +88,12 @@ def test_between_two_samples_a_rotation_goes_the_short_way_at_nearly_a_constant_
     assert between(t_s, np.array(rotation), np.array([-1.0, 99.0])) == pytest.approx(np.array(rotation)[[0, -1]])
 
 
-@pytest.mark.parametrize("back", [1.0, -1.0])
-def test_a_turn_beyond_half_a_revolution_makes_no_jump(back: float) -> None:
-    """Beyond a whole one too, where the rotation is none, and back."""
-    angles = back * np.concatenate([np.linspace(0, 4.4 * np.pi, 221), np.linspace(4.4 * np.pi, 0, 221)])[:, None]
+@pytest.mark.parametrize(("back", "samples"), [(1.0, 221), (-1.0, 221), (1.0, 6)])
+def test_a_turn_beyond_half_a_revolution_makes_no_jump(back: float, samples: int) -> None:
+    """Beyond a whole one too, where the rotation is none, and back; by nearly half a turn from sample to sample too."""
+    there = back * np.linspace(0, 4.4 * np.pi, samples)
+    angles = np.concatenate([there, there[::-1]])[:, None]
     axis = np.array([[0.0, 0.6, 0.8]])
     flips = RNG.choice([-1.0, 1.0], angles.shape)
     assert continuous_logarithm(flips * exponential(angles * axis)) == pytest.approx(angles * axis, abs=1e-9)
-    assert math.remainder(float(angles[100, 0]), 2 * math.pi) == pytest.approx(0.0), "it passes none at all"
+    assert samples == 6 or math.remainder(float(angles[100, 0]), 2 * math.pi) == pytest.approx(0.0, abs=1e-12)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -87,16 +88,63 @@ def test_the_way_is_what_a_rope_tightens_to(name: str) -> None:
     assert path_length_m(tie_m, ball) == pytest.approx(shortest_m(tie_m, ball), abs=2e-4)
 
 
-def test_the_places_show_every_kind_of_way() -> None:
-    """So does a rope that is refused none of its ways: without one of them its place's would be longer."""
-    touched = {name: side_path(R_M, RIM_M, *position) for name, position in BALLS.items()}
-    assert touched["straight"].used_m == 0.0
-    assert 0.0 < touched["round the wall"].z_m < RIM_M
-    assert touched["down the wall, then straight"].z_m == 0.0
-    assert touched["over the rim"].z_m == RIM_M
-    across = [path for name, path in touched.items() if name.startswith(("across", "under"))]
-    assert [path.z_m for path in across] == [RIM_M, RIM_M, 0.0]
-    assert all(path.x_m < -0.9 * R_M for path in across)
+def least(length: Callable[..., np.ndarray], most: float, angles: int) -> float:
+    """Return the least length over so many angles from 0 to ``most``, on a grid and on a finer one about its best."""
+    low, high = np.zeros(angles), np.full(angles, most)
+    for _ in range(2):
+        grid = np.meshgrid(*np.linspace(low, high, 61).T, indexing="ij")
+        lengths = length(*grid)
+        at, step = np.unravel_index(lengths.argmin(), lengths.shape), (high - low) / 60
+        best = np.array([axis[at] for axis in grid])
+        low, high = np.maximum(best - step, 0.0), np.minimum(best + step, most)
+    return float(lengths.min())
+
+
+def ways_m(tie_m: float, ball: Point) -> dict[str, float]:
+    """The shortest rope of each kind that there is to a ball beyond the tie's tangent plane, its angles tried out."""
+    (x, y, z), r = ball, R_M
+    rho, phi = math.hypot(x, y), abs(math.atan2(y, x))
+    ways = {}
+    if rho > r:
+        wrapped, tangent = r * (phi - math.acos(r / rho)), math.sqrt(rho**2 - r**2)
+        if 0.0 <= tie_m + (z - tie_m) * wrapped / (wrapped + tangent) <= RIM_M:
+            ways["wall"] = math.hypot(wrapped + tangent, z - tie_m)
+
+    def onward(last: np.ndarray, edge: float) -> np.ndarray:
+        return np.sqrt((rho * np.cos(phi - last) - r) ** 2 + (rho * np.sin(phi - last)) ** 2 + (z - edge) ** 2)
+
+    for name, edge, over in (("floor", 0.0, -z), ("rim", RIM_M, z - RIM_M)):
+
+        def up(first: np.ndarray, edge: float = edge) -> np.ndarray:
+            return np.hypot(r * first, edge - tie_m)
+
+        def across(first: np.ndarray, last: np.ndarray, edge: float = edge, up: Any = up) -> np.ndarray:
+            length = up(first) + 2 * r * np.sin(np.abs(last - first) / 2) + onward(last, edge)
+            return np.where((last < first) | (rho * np.cos(phi - last) < r), np.inf, length)
+
+        if over > 0.0 and "wall" not in ways:
+            ways[f"over {name}"] = least(lambda q, up=up, edge=edge: up(q) + onward(q, edge), phi, 1)
+        if over < 0.0 and rho > r:
+            ways[f"across {name}"] = least(across, phi, 2)
+    return ways
+
+
+def test_the_way_is_the_shortest_of_all_that_there_are() -> None:
+    """On random balls: around, behind the cup (where it may go across an end) and over the mouth."""
+    rng, kinds = np.random.default_rng(10002), set()
+    lows, highs = (
+        [[-0.3, -0.2, -0.25], [-0.3, -0.02, -0.05], [-R_M, -0.03, RIM_M]],
+        [[R_M, 0.2, 0.3], [-0.036, 0.02, 0.12]],
+    )
+    highs.append([0.9 * R_M, 0.03, 0.3])
+    for k in range(240):
+        tie_m, ball = rng.uniform(0.003, RIM_M - 0.003), tuple(rng.uniform(lows[k % 3], highs[k % 3]).tolist())
+        if math.hypot(*ball[:2]) < R_M and 0.0 < ball[2] < RIM_M:
+            continue
+        ways = ways_m(tie_m, ball)
+        kinds.add(min(ways, key=lambda one: ways[one]))
+        assert path_length_m(tie_m, ball) == pytest.approx(min(ways.values()), abs=1e-7)
+    assert len(kinds) == 5
 
 
 def test_round_the_wall_it_is_as_long_as_mujocos_tendon() -> None:
