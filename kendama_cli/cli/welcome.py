@@ -25,19 +25,19 @@ def welcome(site: Site) -> None:
 
 
 def _steps(names: list[str], recordings: list[str]) -> list[tuple[str, str]]:
-    if recordings and not names:
-        chosen = shlex.quote(f"capture.path={recordings[0]}")
+    swing = shlex.quote(f"capture.path={recordings[0]}") if recordings else ""
+    if swing and not names:
         return [
-            (f"kendama run -p imitation {chosen}", "adapt this swing to an arm"),
+            (f"kendama run -p imitation {swing}", "adapt this swing to an arm"),
             ("kendama explain capture.path", "formats, columns and units of recordings"),
             ("kendama run -p imitation", "the same with the bundled swings"),
         ]
     if names:
-        further = (f"kendama plan {shlex.quote(f'capture.path={recordings[0]}')}", "a run of the swing in this folder")
+        other = ("kendama run robot=ur5", "the same on another arm; finished stages are cached")
         return [
             ("kendama report", f"the page of the newest run, {run_number(names[-1])}"),
             ("kendama runs", "all runs with their metrics"),
-            further if recordings else ("kendama run robot=ur5", "the same on another arm; finished stages are cached"),
+            (f"kendama plan {swing}", "a run of the swing in this folder") if swing else other,
         ]
     return [
         ("kendama run -p imitation", "from bundled swings to an arm that catches"),

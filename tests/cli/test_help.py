@@ -71,7 +71,9 @@ def test_kendama_alone_names_three_steps_that_fit_the_folder(
     assert steps()[0] == "kendama run -p imitation 'capture.path=my swing.csv'"
     (tmp_path / ".kendama/runs").mkdir(parents=True)
     (tmp_path / ".kendama/runs/00007-abcdef.json").write_text("{}")
-    assert steps()[:2] == ["kendama report", "kendama runs"]
+    assert steps() == ["kendama report", "kendama runs", "kendama plan 'capture.path=my swing.csv'"]
+    (tmp_path / "my swing.csv").unlink()
+    assert steps() == ["kendama report", "kendama runs", "kendama run robot=ur5"]
     assert "the newest run, 7" in kendama(capsys)[1]
 
 

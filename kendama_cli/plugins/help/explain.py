@@ -6,6 +6,7 @@ import dataclasses
 import difflib
 import fnmatch
 import inspect
+import re
 import shutil
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
@@ -203,8 +204,9 @@ def _reruns(site: Site, key: str) -> str:
 
 def _unknown(name: str) -> str:
     known = names_known()
+    close = sorted((one for one in known if name.casefold() in re.split(r"\W|_", one)), key=len)  # tau: tau_scale
     last = {one.rpartition(".")[2]: one for one in reversed(known)}
-    close = difflib.get_close_matches(name.casefold(), known, n=3, cutoff=0.6)
+    close += difflib.get_close_matches(name.casefold(), known, n=3, cutoff=0.6)
     close += [last[one] for one in difflib.get_close_matches(name.casefold(), last, n=3, cutoff=0.7)]
     if not close:
         return f"nothing is called '{name}'; 'kendama explain learn' explains a stage, 'kendama config' prints all keys"

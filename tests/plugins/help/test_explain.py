@@ -114,6 +114,7 @@ def test_a_name_is_explained_by_its_declaration(
 def test_a_name_that_is_not_there_gets_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
     assert "type kendama explain success_rate" in refused(capsys, "explain", "succes_rate")
     assert "type kendama explain learn.alpha" in refused(capsys, "explain", "learn.alhpa")
+    assert "type kendama explain tau_scale" in refused(capsys, "explain", "tau")
     assert "'kendama config' prints all keys" in refused(capsys, "explain", "zzzz")
 
 
