@@ -13,6 +13,7 @@ from kendama_cli.motion.dmp.primitive import (
     ROLL_OUT,
     covariance,
     forcing,
+    goal_path,
     parameters,
     play,
     sample_plan,
@@ -127,6 +128,20 @@ def test_a_goal_that_moves_is_met_with_its_velocity(hitting_plan):
     assert np.abs(made.velocity_m_s[-1] - plan.goal_velocity_m_s).max() < 1e-3
 
 
+def test_a_moving_goal_rolls_out_as_its_rate_says():
+    """Rate g' (1 - u)^2 (1 + 2 u) after the end, over ROLL_OUT of the motion; even before, at rest after."""
+    goal, rate = np.array([0.3, -1.0]), np.array([2.0, 0.7])
+    u = np.polynomial.Polynomial([0.0, 1.0])
+    slowing = (1 - u) ** 2 * (1 + 2 * u)
+    share = np.array([0.0, 0.4, 1.0, *(1 + ROLL_OUT * np.linspace(0, 1, 6)), 3.0])
+    made = goal_path(share, goal, rate)
+    for s, position, speed, second in zip(share, made.position, made.rate, made.second, strict=True):
+        at = min(max((s - 1) / ROLL_OUT, 0.0), 1.0)
+        assert position == pytest.approx(goal + rate * (min(s - 1, 0.0) + ROLL_OUT * slowing.integ()(at)))
+        assert speed == pytest.approx(rate * slowing(at))
+        assert second == pytest.approx(rate * slowing.deriv()(at) / ROLL_OUT)
+
+
 def test_a_motion_that_ends_moving_comes_to_rest_smoothly_and_stays(hitting_plan):
     tau = hitting_plan.duration_s
     t_s = tau * (1 + np.linspace(0, 1, 2001))
@@ -220,11 +235,12 @@ def test_the_covariance_is_that_of_the_demonstrations_parameters(encoding: Encod
 
 
 def test_parameters_go_in_and_out(encoding: Encoding) -> None:
+    """Those of another swing make it that one; end velocities go as rates, so that it is the path that varies."""
     one, other = encoding.plan(0), encoding.plan(1)
+    other = dataclasses.replace(other, start_velocity_m_s=np.arange(3.0), goal_velocity_m_s=np.array([0.4, -1.0, 2.0]))
     made = with_parameters(one, parameters(other))
-    assert np.allclose(made.weights, other.weights)
-    assert made.duration_s == pytest.approx(other.duration_s)
-    assert np.allclose(made.goal_m, other.goal_m)
+    for name in ("weights", "duration_s", "goal_m", "start_velocity_m_s", "goal_velocity_m_s"):
+        assert getattr(made, name) == pytest.approx(getattr(other, name), rel=1e-12)
 
 
 def test_drawn_swings_have_the_demonstrations_mean_and_spread(encoding: Encoding) -> None:
