@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from kendama_cli.motion.dmp.basis import Basis
 from kendama_cli.motion.dmp.primitive import solve
 from kendama_cli.motion.dmp.response_columns import read_rows, response_columns
+from kendama_cli.schema.arrays import Array
 
 WIDTHS = (0.5, 0.7, 1.35)
 
@@ -24,31 +26,53 @@ def test_they_are_what_runge_kutta_gives_with_eight_times_its_steps(functions, s
         assert np.abs(ours - theirs).max() < 2e-8 * np.abs(theirs).max()
 
 
-def test_the_first_four_columns_carry_the_ends_and_the_miss_is_what_is_left_there():
-    made = response_columns([Basis(20, 1000.0, 1.0, 0.9)])
-    start, end = read_rows(made.rows, np.array([0.0, 1.0]))[0]
-    np.testing.assert_allclose(start[:4], [1.0, 0.0, 0.0, 0.0], atol=1e-12)
-    np.testing.assert_allclose(end - np.eye(24)[2], made.miss[0, 0], atol=1e-12)
+def exact(basis: Basis, share: Array) -> Array:
+    """Return value and five derivatives of the columns at ``share`` (n,); (6, n, 4 + m): eq. 3 by other means.
+
+    Its solution by scipy, its free motions by their formula, and derivatives of the features through Chebyshev's
+    polynomials; y'' = r - 2 w y' - w^2 y is differentiated.
+    """
+    w, m = basis.frequency, basis.functions
+    drive = np.polynomial.chebyshev.Chebyshev.interpolate
+    forces = [drive(lambda s, j=j: basis.features(s)[:, j], 160, [-0.05, 1.05]) for j in range(m)]
+
+    def slope(s: float, state: Array) -> Array:
+        y, rate = state.reshape(2, m)
+        return np.concatenate((rate, basis.features(np.array([s]))[0] - 2 * w * rate - w**2 * y))
+
+    made = solve_ivp(slope, (0, 1), np.zeros(2 * m), t_eval=share, rtol=1e-11, atol=1e-13, method="DOP853").y
+    rows = list(made.reshape(2, m, -1).transpose(0, 2, 1))
+    for order in range(4):
+        push = np.column_stack([force.deriv(order)(share) if order else force(share) for force in forces])
+        rows.append(push - 2 * w * rows[-1] - w**2 * rows[-2])
+    free = []
+    for start, rate in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (1.0, -1.0)):  # of y0, y0', g and g'
+        path, fade = start + (rate + w * start) * share, np.exp(-w * share)
+        free.append([(-w) ** k * path * fade + k * (-w) ** (k - 1) * (rate + w * start) * fade for k in range(6)])
+    columns = np.array(free).transpose(1, 2, 0)
+    columns[0, :, 2] += 1.0
+    columns[0, :, 3] += share - 1.0
+    columns[1, :, 3] += 1.0
+    return np.concatenate((columns, np.array(rows)), axis=2)
 
 
-def test_the_jerk_is_the_third_derivative():
-    """Against differences of the value; the swing begins and ends in kinks of its own, which are left out."""
-    columns = response_columns([Basis(20, 1000.0, 1.0, 1.0)])
-    nodes = columns.jerk.shape[1] - 1
-    fraction, step = np.arange(20, nodes - 20) / nodes, 1e-3
-    positions = (read_rows(columns.rows, fraction + k * step)[0] for k in (-2, -1, 1, 2))
-    far_behind, past, ahead, far_ahead = positions
-    third = (far_ahead - 2 * ahead + 2 * past - far_behind) / (2 * step**3)
-    ours = columns.jerk[0, 20 : nodes - 20] * np.sqrt(nodes)
-    assert np.abs(ours - third).max() < 0.01 * np.abs(third).max()
-
-
-def test_the_ends_of_the_jerk_count_by_half():
-    """Its squares sum to an integral by trapezoids; beyond the ends the value goes on as its last quintic does."""
-    columns = response_columns([Basis(20, 1000.0, 1.0, 1.0)])
-    nodes, step = columns.jerk.shape[1] - 1, 1e-4
-    for end, inward in ((0, 1), (nodes, -1)):
-        values = read_rows(columns.rows, end / nodes + inward * step * np.arange(4))[0]
-        third = inward * (values[3] - 3 * values[2] + 3 * values[1] - values[0]) / step**3
-        ours = columns.jerk[0, end] * np.sqrt(2 * nodes)
-        assert np.abs(ours - third).max() < 0.1 * np.abs(third).max()
+@pytest.mark.parametrize(("functions", "stiffness", "decay"), [(9, 225.0, 1.0), (14, 1000.0, 1.6)])
+def test_ends_miss_and_jerk_are_those_of_the_equation(functions: int, stiffness: float, decay: float) -> None:
+    """Each node's rows, five derivatives at both ends, the miss of the goal, and the jerk, weighted by trapezoids."""
+    bases = [Basis(functions, stiffness, decay, width) for width in WIDTHS[1:]]
+    made = response_columns(bases)
+    nodes = made.jerk.shape[1]
+    for k, basis in enumerate(bases):
+        wanted = exact(basis, np.linspace(0.0, 1.0, nodes))
+        for order in range(6):
+            size = np.abs(wanted[order]).max(axis=0)
+            ours, theirs = made.ends[order, k] / size, wanted[order, [0, -1]] / size
+            assert ours == pytest.approx(theirs, abs=1e-6 if order < 4 else 1e-4)
+        rows = wanted[:3] * (1.0 / (nodes - 1)) ** np.arange(3)[:, None, None]
+        ours = made.rows[k].reshape(nodes, 3, -1).transpose(1, 0, 2)
+        assert ours == pytest.approx(rows, abs=1e-8 * np.abs(rows[0]).max())
+        goal = np.eye(4 + functions)[[2, 3]]
+        missed = (wanted[:2, -1] - goal) / [[1.0], [basis.frequency]]
+        assert made.miss[k] == pytest.approx(missed, abs=1e-7 * np.abs(wanted[0]).max())
+        weights = np.sqrt(np.where(np.arange(nodes) % (nodes - 1), 1.0, 0.5) / (nodes - 1))[:, None]
+        assert made.jerk[k] == pytest.approx(wanted[3] * weights, abs=1e-6 * np.abs(wanted[3]).max())
