@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
-from kendama_cli.physics.free_fall import landing, runge_kutta
+from kendama_cli.physics.free_fall import drag_n, drag_over_speed, fall_s, landing, runge_kutta
 from kendama_cli.physics.taut_rope import Ball
 
 
@@ -31,3 +33,21 @@ def test_a_cup_that_follows_its_acceleration_is_where_the_ball_lands() -> None:
     assert found.time_s == pytest.approx(time_s)
     assert found.x_m == pytest.approx((cup_m + ball.across_m) + (cup_m_s + ball.across_m_s) * time_s)
     assert found.x_m == pytest.approx(cup_m + cup_m_s * time_s + 0.5 * found.acceleration_m_s2 * time_s**2)
+
+
+def test_a_ball_below_the_plane_that_never_rises_to_it_does_not_land() -> None:
+    """It needs v^2 > 2 g h; one that falls from above the plane lands as one that has risen before does."""
+    assert fall_s(-0.2, math.sqrt(2 * 9.81 * 0.2) * 0.999, 9.81) == -math.inf
+    assert fall_s(-0.2, math.sqrt(2 * 9.81 * 0.2) * 1.001, 9.81) > 0.0
+    assert fall_s(0.3, -1.0, 9.81) == pytest.approx(max(np.roots([-0.5 * 9.81, -1.0, 0.3])))
+    assert landing(0.4, 1.0, Ball(0.1, -0.5, 0.0, 0.0), 0.05, 9.81) == (-math.inf, 0.4, 0.0)
+    sinking = landing(0.4, 1.0, Ball(0.1, 0.0, 0.0, -2.0), 0.05, 9.81)
+    assert sinking.time_s <= 0.0
+    assert sinking[1:] == (0.4, 0.0)
+
+
+def test_the_air_pulls_against_the_motion_with_both_terms() -> None:
+    velocity = np.array([1.0, -2.0, 0.5])
+    speed = float(np.linalg.norm(velocity))
+    assert drag_n(0.01, 0.003, tuple(velocity)) == pytest.approx(-(0.01 + 0.003 * speed) * velocity)
+    assert drag_over_speed(0.01, 0.003, np.array([0.0, 2.0])) == pytest.approx([0.01, 0.016])
