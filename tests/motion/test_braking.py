@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
-from kendama_cli.motion.braking import BrakingLimiter
+from kendama_cli.motion.braking import BrakingLimiter, stoppable_m_s
 
 STEP_S = 0.002
 ROUNDING_M = 1e-9
@@ -73,3 +74,21 @@ def test_outside_by_a_disturbance_it_brakes_with_all_there_is():
     limiter = BrakingLimiter(0.4, 2.0, 7.2, 8.0, STEP_S)
     assert limiter.limit(8.0, 0.45, 0.5) == -8.0
     assert limiter.limit(-8.0, -0.45, -0.5) == 8.0
+
+
+@given(st.floats(-0.45, 0.45), st.floats(-2.1, 2.1))
+def test_the_bounds_are_where_braking_after_a_step_ends_at_the_edge(x, v):
+    """With the speed w after a step, x + w h + w^2 / (2 b) + b h^2 / 2 = half width; within the largest speed."""
+    limiter = BrakingLimiter(0.4, 2.0, 7.2, 8.0, 0.01)
+
+    def highest(x: float, v: float) -> float:
+        def over(w: float) -> float:
+            return x + 0.01 * w + w * w / 14.4 + 0.5 * 7.2 * 1e-4 - 0.4
+
+        least = -0.072  # where the parabola turns
+        speed = min(brentq(over, least, 9.0), 2.0) if over(least) < 0.0 else -math.inf
+        return max((speed - v) / 0.01, -8.0)
+
+    assert limiter.limit(1e9, x, v) == pytest.approx(highest(x, v), abs=1e-6)
+    assert limiter.limit(-1e9, x, v) == pytest.approx(-highest(-x, -v), abs=1e-6)
+    assert stoppable_m_s(7.2, np.array([0.1]))[0] ** 2 / 14.4 == pytest.approx(0.1)
