@@ -9,7 +9,7 @@ import pytest
 
 from kendama_cli.robot_model.body import heading_turn
 from kendama_cli.robot_model.chain import compiled_chain
-from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, apart, efforts, follow, frames, peaks, put, task
+from kendama_cli.robot_model.chain_kernel import Curve, IkSettings, efforts, follow, frames, peaks, task
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.robot_model.placement.clearance import min_clearance, tool_of
 from kendama_cli.robot_model.placement.motion_check import limit_ratios
@@ -105,18 +105,6 @@ def test_beyond_reach_the_path_ends_unless_the_whole_is_wanted(arm: RobotModel) 
     assert whole[-1] > 1.0
 
 
-def test_the_distance_of_segments_is_the_least_over_their_points() -> None:
-    rng, fractions = np.random.default_rng(3), np.linspace(0, 1, 101)
-    for _ in range(40):
-        a, b, c, d = rng.normal(size=(4, 3))
-        ones, others = a + fractions[:, None] * (b - a), c + fractions[:, None] * (d - c)
-        nearest = np.linalg.norm(ones[:, None] - others[None], axis=2).min()
-        assert nearest - 0.05 < apart(a, b, c, d) <= nearest + 1e-9
-    point = np.array([0.0, 1.0, 0.0])
-    assert apart(np.zeros(3), np.array([1.0, 0, 0]), point, point) == pytest.approx(1.0)
-    assert apart(point, point, point, point) == 0.0
-
-
 def test_an_arm_folded_onto_itself_overlaps_and_the_parts_are_named(arm: RobotModel) -> None:
     t_s = np.array([0.0, 1.0])
     still = np.zeros((2, 7))
@@ -127,10 +115,3 @@ def test_an_arm_folded_onto_itself_overlaps_and_the_parts_are_named(arm: RobotMo
     assert clear.gap_m < 0
     assert "'" in clear.parts or "swing" in clear.parts
     assert min_clearance(arm, GAME, joints).gap_m > 0.0
-
-
-def test_a_frame_carries_a_point_as_a_turn_and_a_shift() -> None:
-    rotation = heading_turn(0.3)
-    assert put(rotation, np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.0, 1.0])) == pytest.approx(
-        rotation @ [0.5, 0.0, 1.0] + [1.0, 2.0, 3.0]
-    )
