@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
 from kendama_cli.adaptation.time_scaling import (
@@ -59,9 +60,37 @@ def test_where_the_ball_never_comes_down_the_whole_grid_is_visited_and_then_noth
     assert next_tau(trials, WHERE) is None
 
 
-def test_a_jump_between_two_ways_of_coming_down_is_no_catch() -> None:
-    trials = [TauTrial(1.0, 0.4, False), TauTrial(1.02, -0.4, False)]
-    assert bracket_tau(trials, WHERE) is None
+def test_two_trials_are_cut_by_the_secant_or_followed_outwards_by_it() -> None:
+    """Cut between a tenth and nine of their gap, followed by three steps at most: by numpy's root of their line.
+
+    Too near or too far apart, or with a jump between them, they tell nothing, and the grid is next.
+    """
+    rng, kinds = np.random.default_rng(10006), []
+    for _ in range(400):
+        gap = float(rng.choice([0.0004, 0.0006, 0.03, 0.0799, 0.0801])) * rng.choice([-1.0, 1.0])
+        old, (m0, m1) = rng.uniform(0.85, 1.15), rng.uniform(-0.35, 0.35, 2)
+        lost = rng.random(2) < 0.85
+        new, near = old + gap, abs(gap) < 0.08
+        trials = [TauTrial(old, m0, not lost[0]), TauTrial(new, m1, not lost[1])]
+        root = old + gap * m0 / (m0 - m1)
+        inside = lost.all() and m0 * m1 < 0.0 and abs(m0 - m1) < 0.5 and abs(gap) > 0.0005 and near
+        cut = np.clip(root, min(old, new) + 0.1 * abs(gap), max(old, new) - 0.1 * abs(gap)) if inside else None
+        assert bracket_tau(trials, WHERE) == (None if cut is None else pytest.approx(cut))
+        beyond = new + np.clip(root - new, -0.06, 0.06)
+        if cut is None and near and 0.8 <= beyond <= 1.2 and min(abs(beyond - old), abs(beyond - new)) >= 0.01:
+            kinds.append("beyond")
+            assert next_tau(trials, WHERE) == pytest.approx(beyond)
+        else:
+            kinds.append("cut" if inside else "grid")
+            assert next_tau(trials, WHERE) == (pytest.approx(cut) if inside else next_grid_tau(trials, WHERE))
+    assert min(kinds.count(kind) for kind in ("cut", "beyond", "grid")) > 40
+
+
+def test_the_bracket_nearest_to_a_catch_is_cut_and_one_without_a_miss_is_none() -> None:
+    misses = ((0.9, 0.2), (0.95, -0.2), (1.0, 0.1), (1.05, -0.3), (1.1, None))
+    trials = [TauTrial(tau, miss, False) for tau, miss in misses]
+    assert bracket_tau(trials, WHERE) == pytest.approx(0.95 + 0.05 * 2 / 3)
+    assert bracket_tau(trials[3:], WHERE) is None
 
 
 def test_nothing_outside_the_range_is_tried() -> None:
@@ -70,12 +99,40 @@ def test_nothing_outside_the_range_is_tried() -> None:
             assert WHERE.low - 1e-9 <= trial.tau_scale <= WHERE.high + 1e-9
 
 
-def test_the_grid_is_visited_from_the_start_outwards() -> None:
-    trials = [TauTrial(1.0, None, False)]
-    for expected in (1.02, 0.98, 1.04, 0.96):
-        tau = next_grid_tau(trials, WHERE)
-        assert tau == pytest.approx(expected)
-        trials.append(TauTrial(expected, None, False))
+@pytest.mark.parametrize("start", [1.0, 0.843, 1.2])
+def test_the_grid_is_visited_from_the_start_outwards(start: float) -> None:
+    """Of the points in the range the nearest to the start that is half a step from all trials; the higher one first."""
+    where, rng = dataclasses.replace(WHERE, start=start), np.random.default_rng(10007)
+    points = [k for k in range(-40, 41) if k and 0.8 - 1e-9 <= start + 0.02 * k <= 1.2 + 1e-9]
+    points.sort(key=lambda k: (abs(k), -k))
+    for count in (1, 5, 20, 60, 200):
+        trials = [TauTrial(tau, None, False) for tau in rng.uniform(0.8, 1.2, count)]
+        free = [k for k in points if all(abs(one.tau_scale - start - 0.02 * k) >= 0.01 for one in trials)]
+        assert next_grid_tau(trials, where) == (pytest.approx(start + 0.02 * free[0]) if free else None)
+
+
+@pytest.mark.parametrize(
+    ("misses", "centre"),
+    [
+        ({0.96: -0.06, 1.0: 0.06}, 0.98),
+        ({0.96: -0.04, 1.0: 0.06}, 0.976),
+        ({0.96: -0.06, 1.041: 0.06}, None),  # too far apart for a line
+        ({0.96: -0.3, 1.0: 0.21}, None),  # a jump
+        ({0.96: -0.29, 1.0: 0.2}, 0.96 + 0.04 * 29 / 49),
+        ({0.96: -0.06, 0.9803: 0.0059, 1.0: 0.06}, None),  # centred well enough
+        ({0.96: -0.06, 0.9803: -0.0065, 1.0: 0.06}, 0.9822),
+        ({0.96: -0.06, 0.97: None, 1.0: 0.06}, None),  # it did not come down between the two
+        ({0.96: -0.06, 0.971: -0.029, 0.975: -0.015, 0.985: 0.015, 0.989: 0.029, 1.0: 0.06}, None),  # four are enough
+        ({0.96: -0.06, 0.975: -0.015, 0.985: 0.015, 0.989: 0.029, 1.0: 0.06}, 0.98),
+    ],
+)
+def test_the_centre_of_a_stretch_within_the_mouth_is_tried_next(
+    misses: dict[float, float | None], centre: float | None
+) -> None:
+    """Of 30 mm, where the curve through the misses is zero; else the grid is next."""
+    trials = [TauTrial(tau, miss, abs(miss or 1.0) < 0.03) for tau, miss in misses.items()]
+    wanted = next_grid_tau(trials, WHERE) if centre is None else pytest.approx(centre, abs=0.0006)
+    assert next_window_tau(trials, WHERE, 0.03) == wanted
 
 
 def _explore(miss: Miss, mouth_m: float = 0.035, step: float = 0.03) -> list[TauTrial]:

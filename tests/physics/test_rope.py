@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from kendama_cli.physics.rope import CupProfile, RopeLaw, pivot, rope_pull
+from kendama_cli.physics.side_rope import side_path
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import CupSettings, GameSettings
 from tests.physics.bare_rope import NO_CUP
@@ -18,6 +21,7 @@ from tests.shipped_conf import plain
 
 GAME = build(GameSettings, plain("game", "kendama"), "game")
 HANDLE = build(CupSettings, plain("game/cup", "handle"), "cup")
+CUPS = (GAME.cup, HANDLE, build(CupSettings, plain("game/cup", "side"), "cup"))
 BARE = RopeLaw(0.40, 2000.0, 2.0, NO_CUP)
 ROUND = RopeLaw.of(GAME)
 place = st.floats(-1.0, 1.0)
@@ -31,7 +35,7 @@ def shortest(cup: CupProfile, across: float, above: float) -> float:
     solids = [(h, 0.0, cup.floor_m), (r, cup.floor_m, cup.rim_m)]
 
     def free(a: tuple[float, float], b: tuple[float, float]) -> bool:
-        points = np.array(a) + np.linspace(0, 1, 4001)[:, None] * (np.array(b) - np.array(a))
+        points = np.array(a) + np.linspace(0, 1, 801)[:, None] * (np.array(b) - np.array(a))
         return not any(
             ((points[:, 0] < wide - 1e-9) & (points[:, 1] > low + 1e-9) & (points[:, 1] < high - 1e-9)).any()
             for wide, low, high in solids
@@ -92,30 +96,41 @@ def test_the_rope_never_pushes_and_pulls_along_itself(ball, velocity) -> None:
         assert np.linalg.norm(np.cross(exerted.force_n, rest)) < 1e-9 * abs(along) + 1e-12
 
 
-@given(st.tuples(place, place, place), st.tuples(speed, speed, speed), st.tuples(speed, speed, speed))
-def test_what_the_spring_and_damper_take_is_what_ball_and_cup_lose(ball, velocity, turning) -> None:
-    """Power of both forces = -f l', and l' is what a difference of the length says: also for a cup that turns."""
-    axis = np.array([0.2, -0.1, 1.0]) / np.linalg.norm([0.2, -0.1, 1.0])
-    rate = np.cross(turning, axis)
-    pull = rope_pull(ROUND, ball, velocity, tuple(axis), tuple(rate))
-    if pull.tension_n == 0.0:
-        return
+@pytest.mark.parametrize("cup", CUPS, ids=["floor", "handle", "side"])
+def test_a_cup_that_leans_and_turns_pulls_by_how_its_rope_grows(cup: CupSettings) -> None:
+    """f = Ks (l - l0) + Kd l', and the force is -f grad l: by differences of the length, the ball seen by the cup."""
+    law = RopeLaw(0.02, 3.0, 0.05, CupProfile.of(cup))
+    rng, kinds, h = np.random.default_rng(10003), [], 1e-6
+    while len(kinds) < 60:
+        posed = Rotation.from_rotvec(rng.normal(0.0, 0.6, 3))
+        seen, speed, turning = rng.uniform(-0.2, 0.3, 3), rng.normal(0.0, 1.0, 3), rng.normal(0.0, 3.0, 3)
+        if math.hypot(*seen[:2]) < 1.1 * cup.outer_radius_m and -0.02 < seen[2] < cup.rim_m + 0.02:
+            continue
+        ball = posed.apply(seen)
 
-    def length(s: float) -> float:
-        ahead = axis + s * rate
-        ahead, at = ahead / np.linalg.norm(ahead), np.add(ball, s * np.array(velocity))
-        above = float(at @ ahead)
-        across = float(np.linalg.norm(at - above * ahead))
-        out, up, used = pivot(ROUND.cup, across, above)
-        return used + math.hypot(across - out, above - up)
+        def length_m(at: np.ndarray, s: float = 0.0, posed: Any = posed, turning: Any = turning) -> float:
+            there = Rotation.from_rotvec(s * turning) * posed
+            return law.cup.path_length_m(*there.inv().apply(at).tolist())
 
-    h = 1e-6
-    if abs(length(h) - 2 * length(0.0) + length(-h)) > 1e-8:  # a turn of the rope is about to begin or end
-        return
-    growth = (length(h) - length(-h)) / (2 * h)
-    power = np.dot(pull.force_n, velocity) - np.dot(np.cross(pull.pivot_m, pull.force_n), turning)
-    tension = float(np.linalg.norm(pull.force_n))
-    assert power == pytest.approx(-tension * growth, rel=1e-3, abs=1e-3 * tension)
+        ahead, here, past = (length_m(ball + s * speed, s) for s in (h, 0.0, -h))
+        if abs(ahead + past - 2 * here) > 1e-10:  # two ways are as long, or a turn of the rope begins or ends
+            continue
+        side, _, axis = posed.as_matrix().T
+        rates = np.cross(turning, axis), side, np.cross(turning, side)
+        made = rope_pull(law, tuple(ball), tuple(speed), tuple(axis), *(tuple(one) for one in rates))
+        slope = np.array([length_m(ball + one) - length_m(ball - one) for one in h * np.eye(3)]) / (2 * h)
+        tension = max(3.0 * (here - 0.02) + 0.05 * (ahead - past) / (2 * h), 0.0)
+        assert made.tension_n == pytest.approx(tension, rel=1e-5)
+        assert made.force_n == pytest.approx(-tension * slope, abs=1e-4 * tension)
+        used = pivot(law.cup, math.hypot(*seen[:2]), seen[2])[2]
+        if law.cup.side_m:
+            used = side_path(cup.outer_radius_m, cup.rim_m, law.cup.side_m, tuple(seen)).used_m
+        elif seen[2] > 0.0:
+            side = posed.apply([*seen[:2], 0.0]) / math.hypot(*seen[:2])
+        kinds.append(used)
+        assert made.pivot_m == pytest.approx(ball - (here - used) * slope, abs=1e-5)
+        assert made.side == pytest.approx(side)
+    assert len({round(one, 9) for one in kinds}) >= 3
 
 
 def test_a_slack_rope_has_no_force() -> None:
