@@ -24,7 +24,7 @@ from kendama_cli.motion.dmp.primitive import DmpMotion
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.finished_run import Run
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.pipeline.plan import Planner, check_armed, check_forced
+from kendama_cli.pipeline.plan import Planner, check_forced, check_ready
 from kendama_cli.pipeline.record import begin, find_run, past_runs
 from kendama_cli.pipeline.runner import Runner, Silent
 from kendama_cli.pipeline.where import of_results, open_cluster, open_store
@@ -106,7 +106,7 @@ def run(
     declared = load_pipeline(pipeline, site.pipeline_folders).until(until)
     settings = build_settings(composed(site, [*declared.overrides, *overrides]))
     planner = Planner(open_store(site.home, settings, _warn), declared, settings, site.data_roots)
-    check_armed(planner, armed=arm)
+    check_ready(planner, armed=arm)
     forced = check_forced(declared, list(force))
     begun = begin(site.home, pipeline, of_results(overrides))
     with open_cluster(planner.store, settings, _warn) as cluster:

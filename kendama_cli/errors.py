@@ -59,6 +59,17 @@ def install_line(extra: str) -> str:
     return f"pip install '.[{extra}]' in a checkout of kendama"
 
 
+def brings(module: str) -> str:
+    """Return the command that installs ``module``: by the smallest extra that asks for it."""
+    import importlib.metadata  # noqa: PLC0415 - slow to import, and only errors need it
+    import re  # noqa: PLC0415
+
+    lines = [one.partition("; extra == ") for one in importlib.metadata.requires("kendama-cli") or []]
+    asked = [(re.split(r"[^\w-]", text)[0].replace("-", "_"), extra.strip("'\"")) for text, _, extra in lines]
+    extras = sorted((extra for name, extra in asked if name == module), key=[extra for _, extra in asked].count)
+    return install_line(extras[0]) if extras and extras[0] else "'kendama doctor' says what brings it"
+
+
 def no_pyarrow(place: str, instead: str) -> MissingPartError:
     """Return the error of a Parquet file without pyarrow; ``instead`` says what to do without it."""
     return MissingPartError("pyarrow", f"{place}: Parquet needs pyarrow; {install_line('parquet')}, {instead}")

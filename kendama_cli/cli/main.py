@@ -15,7 +15,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from kendama_cli.cli import render
-from kendama_cli.errors import KendamaError
+from kendama_cli.errors import KendamaError, brings
 
 if TYPE_CHECKING:
     from kendama_cli.pipeline.command_cache import CommandKey
@@ -56,9 +56,7 @@ def main(arguments: list[str] | None = None) -> int:
         if os.environ.get("KENDAMA_DEBUG"):
             raise
         if isinstance(error, ModuleNotFoundError):  # a part's library, of an extra
-            render.error(
-                f"this needs module '{error.name}', which is not installed; 'kendama doctor' says what brings it"
-            )
+            render.error(f"this needs module '{error.name}', which is not installed; {brings(error.name or '')}")
             return 2
         render.error(f"{type(error).__name__}: {error} (unexpected; KENDAMA_DEBUG=1 shows its traceback)")
         code = 1

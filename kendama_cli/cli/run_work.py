@@ -16,10 +16,11 @@ from kendama_cli.cli.progress import PlainLines, observer
 from kendama_cli.cli.repeat import show_end
 from kendama_cli.config.compose import Composition, composed, composition
 from kendama_cli.config.site import Site
+from kendama_cli.errors import MissingPartError
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.command_cache import CommandKey, keep
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.pipeline.plan import Planner, StagePlan, check_armed, check_forced
+from kendama_cli.pipeline.plan import Planner, StagePlan, check_forced, check_ready
 from kendama_cli.pipeline.record import RunRecord, begin, version_differences
 from kendama_cli.pipeline.runner import Observer, Runner
 from kendama_cli.pipeline.watched import configuration_stamps, input_stamps
@@ -53,7 +54,7 @@ def run_pipeline(
     configuration = configuration_stamps(site.considered, pipeline)
     planner, configured = _planned(site, pipeline, until, with_executor(overrides, on))
     forced = check_forced(planner.pipeline, force)
-    check_armed(planner, armed=arm)
+    check_ready(planner, armed=arm)
     record = begin(site.home, pipeline, of_results(overrides))
     record.read = planner.read_lines
     settings = build_settings(configured.config)
@@ -95,16 +96,17 @@ def show_plan(
     with.
     """
     planner, _ = _planned(site, pipeline, until, overrides)
-    stages = [_with_versions(stage) for stage in planner.plan(check_forced(planner.pipeline, force))]
+    plans = planner.plan(check_forced(planner.pipeline, force))
+    stages = [_with_doubts(plan, planner.missing[plan.spec.name]) for plan in plans]
     if as_json:
         render.document(render.plan_document(pipeline, overrides, stages))
     else:
         render.plan(stages)
 
 
-def _with_versions(stage: StagePlan) -> StagePlan:
+def _with_doubts(stage: StagePlan, lacking: MissingPartError | None) -> StagePlan:
     if stage.result is None:
-        return stage
+        return dataclasses.replace(stage, reasons=(*stage.reasons, *([str(lacking)] if lacking else [])))
     differences = version_differences(stage.result.made_with)
     return dataclasses.replace(stage, reasons=(*stage.reasons, *(f"made with {one}" for one in differences)))
 

@@ -14,7 +14,7 @@ from kendama_cli.config.site import Site
 from kendama_cli.config.sweep import composed_each, expand_sweep
 from kendama_cli.pipeline.catalogue import Pipeline, load_pipeline
 from kendama_cli.pipeline.nodes import NodeSettings, Remembered, build_settings
-from kendama_cli.pipeline.plan import Planner, check_armed
+from kendama_cli.pipeline.plan import Planner, check_ready
 from kendama_cli.pipeline.record import RunRecord
 from kendama_cli.pipeline.run_selection import named_sweep
 from kendama_cli.pipeline.sweep import SweepJob, distinct, run_sweep
@@ -84,7 +84,7 @@ def plan_combinations(site: Site, declared: Pipeline, combinations: Sequence[Seq
     planners = (Planner(store, declared, one, site.data_roots, known) for one in settings)
     jobs = [SweepJob(of_results(texts), planner) for texts, planner in zip(combinations, planners, strict=True)]
     for job in jobs:
-        check_armed(job.planner, armed=False)
+        check_ready(job.planner, armed=False)
     return PlannedRuns(jobs, settings[0], store)
 
 

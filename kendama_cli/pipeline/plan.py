@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from kendama_cli.errors import ConfigError, UsageError
+from kendama_cli.errors import ConfigError, MissingPartError, UsageError
 from kendama_cli.pipeline.catalogue import Pipeline, StageSpec
 from kendama_cli.pipeline.code import Code, FileIndex
 from kendama_cli.pipeline.inputs import describe, file_contents, read_files, resolve_files
 from kendama_cli.pipeline.nodes import Remembered, node_schemas
-from kendama_cli.pipeline.stage_code import stage_code
+from kendama_cli.pipeline.stage_code import missing_library, stage_code
 from kendama_cli.schema.declaration import KINDS, Kind
 from kendama_cli.schema.hints import nearest
 from kendama_cli.store import durable
@@ -78,28 +78,30 @@ class Planner:
                         f"pipeline '{pipeline.name}': stage '{spec.name}' reads node '{node}', which the configuration "
                         f"does not have{nearest(node, settings)}",
                     )
-            found = functools.partial(resolve_files, roots=roots, home=store.home)
+            found = partial(resolve_files, roots=roots, home=store.home)
             self.settings[spec.name] = {
-                own: known.once("files", (settings[node],), functools.partial(found, settings[node], node))
+                own: known.once("files", (settings[node],), partial(found, settings[node], node))
                 for own, node in spec.config.items()
             }
         self.read_lines = read_files(self.settings, known)
         self.seed = int(settings["seed"])
         self._config = {
             spec.name: {
-                own: known.once("config", (value,), functools.partial(describe, value, self.index))
+                own: known.once("config", (value,), partial(describe, value, self.index))
                 for own, value in self.settings[spec.name].items()
             }
             for spec in pipeline.stages
         }
         self._kinds: dict[str, Kind] = {}
         self._code: dict[str, Code] = {}
+        self.missing: dict[str, MissingPartError | None] = {}
         schemas, _ = known.once("schemas", (), node_schemas)
         for spec in pipeline.stages:
-            own, of = self.settings[spec.name], tuple(self.settings[spec.name].values())
-            self._kinds[spec.name] = known.once(f"kind {spec.name}", of, functools.partial(kind_of, spec, own))
-            code = functools.partial(stage_code, spec, own, schemas, self.index)
-            self._code[spec.name] = known.once(f"code {spec.name}", of, code)
+            name, own = spec.name, self.settings[spec.name]
+            of = tuple(own.values())
+            self._kinds[name] = known.once(f"kind {name}", of, partial(kind_of, spec, own))
+            self._code[name] = known.once(f"code {name}", of, partial(stage_code, spec, own, schemas, self.index))
+            self.missing[name] = known.once(f"missing {name}", of, partial(missing_library, spec, own, schemas))
         self.index.save()
 
     def kind(self, stage: str) -> Kind:
@@ -210,11 +212,17 @@ def check_forced(pipeline: Pipeline, forced: list[str]) -> frozenset[str]:
     return frozenset(pipeline.stage(name, "--force").name for name in forced)
 
 
-def check_armed(planner: Planner, *, armed: bool) -> None:
-    """Raise UsageError where a stage would move hardware and ``--arm`` was not given."""
+def check_ready(planner: Planner, *, armed: bool) -> None:
+    """Raise UsageError where a stage would move hardware and ``--arm`` was not given, MissingPartError where one that
+    would run lacks a library.
+    """
     moving = [spec.name for spec in planner.pipeline.stages if planner.kind(spec.name) == "moves"]
     if moving and not armed:
         raise UsageError(f"stage '{moving[0]}' would move real hardware; clear its surroundings and add --arm")
+    lacking = {name: error for name, error in planner.missing.items() if error is not None}
+    for plan in planner.plan() if lacking else ():
+        if plan.result is None and plan.spec.name in lacking:
+            raise lacking[plan.spec.name]
 
 
 def kind_of(spec: StageSpec, settings: Mapping[str, Any]) -> Kind:

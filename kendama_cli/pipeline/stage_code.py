@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from kendama_cli.errors import MissingPartError, brings
 from kendama_cli.pipeline.catalogue import StageSpec
 from kendama_cli.pipeline.code import Code, FileIndex, read_code
 from kendama_cli.schema.registry import Variant, declared
@@ -40,6 +42,15 @@ def _is_group(package: str) -> bool:
 def _chosen(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[Variant]:
     found = [one for own, value in settings.items() for one in chosen(schemas[spec.config[own]], value)]
     return [registry.variant(kind) for registry, kind in found]
+
+
+def missing_library(
+    spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any]
+) -> MissingPartError | None:
+    """Return the error of a chosen block whose library is not installed; None where all are."""
+    needed = [(one.kind, one.library) for one in _chosen(spec, settings, schemas) if one.library]
+    absent = ((kind, name) for kind, name in needed if importlib.util.find_spec(name) is None)
+    return next((MissingPartError(name, f"'{kind}' needs {name}; {brings(name)}") for kind, name in absent), None)
 
 
 def stage_code(spec: StageSpec, settings: Mapping[str, Any], schemas: Mapping[str, Any], index: FileIndex) -> Code:

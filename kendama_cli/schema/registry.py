@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from kendama_cli.errors import ConfigError, KendamaError, MissingPartError
+from kendama_cli.errors import ConfigError, KendamaError, MissingPartError, brings
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,8 @@ class Variant:
 
     ``settings`` and ``makes`` are ``module:name``. The block's ``interface.py`` says how ``makes`` is called and what
     it returns. ``packages`` are further ones whose code counts, imported by computed names or installed as libraries
-    are; or entry point groups. ``needs`` is what must stand beside the computer, for ``kendama doctor``.
+    are; or entry point groups. ``needs`` is what must stand beside the computer, for ``kendama doctor``; ``library``
+    a module that not everybody has, without which no run begins.
     """
 
     kind: str
@@ -35,6 +36,7 @@ class Variant:
     makes: str
     packages: tuple[str, ...] = ()
     needs: str = ""
+    library: str = ""
 
 
 class ChosenSettings(Protocol):
@@ -160,8 +162,7 @@ def resolve(target: str, what: str) -> Any:
     except ModuleNotFoundError as error:
         raise MissingPartError(
             target,
-            f"{what} needs module '{error.name}', which is not installed ({target}); "
-            "'kendama doctor' says what brings it",
+            f"{what} needs module '{error.name}', which is not installed ({target}); {brings(error.name or '')}",
         ) from error
     except Exception as error:  # of a library in a version that does not fit, or of a part that is broken
         raise MissingPartError(

@@ -13,7 +13,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.config.sweep import composed_each
 from kendama_cli.pipeline.catalogue import load_pipeline
 from kendama_cli.pipeline.nodes import Remembered, build_settings
-from kendama_cli.pipeline.plan import Planner, check_armed
+from kendama_cli.pipeline.plan import Planner, check_ready
 from kendama_cli.pipeline.sweep import SweepJob, distinct
 from kendama_cli.store.store import Store
 
@@ -48,7 +48,7 @@ def test_planning_a_sweep_changes_nothing_that_its_runs_share(tmp_path: Path, mo
     jobs = distinct([SweepJob(texts, planner) for texts, planner in zip(combinations, planners, strict=True)])
     assert len(jobs) == 4
     for job in jobs:
-        check_armed(job.planner, armed=False)
+        check_ready(job.planner, armed=False)
         for plan in job.planner.plan():
             job.planner.files(plan.spec.name)
             if plan.key is not None:

@@ -6,4 +6,5 @@ AGENT = Variant(
     "agent",
     settings="kendama_cli.plugins.agents.settings:AgentSettings",
     makes="kendama_cli.plugins.agents.learner:AGENT",
+    library="gymnasium",
 )

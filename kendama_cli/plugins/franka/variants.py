@@ -7,4 +7,5 @@ FRANKA = Variant(
     settings="kendama_cli.plugins.franka.settings:FrankaHardware",
     makes="kendama_cli.plugins.franka.robot:open_franka",
     needs="an arm with the Franka Control Interface: docs/plugins/franka.md",
+    library="pylibfranka",
 )

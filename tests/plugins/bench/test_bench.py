@@ -173,5 +173,5 @@ def test_without_gymnasium_the_command_says_so(
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     assert main(["bench", "CartPole-v1"]) == 2
-    line = "this needs module 'gymnasium', which is not installed; 'kendama doctor' says what brings it"
+    line = "this needs module 'gymnasium', which is not installed; pip install '.[gym]' in a checkout of kendama"
     assert capsys.readouterr().err == f"kendama: {line}\n"
