@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.catch_pose import CatchPose
-from kendama_cli.control.corrected_motion import CorrectedMotion, CupPlan
+from kendama_cli.control.corrected_motion import CorrectedMotion, CupPlan, bounded, brakable, shortened
 from kendama_cli.devices.robot.interface import JointCommand
 from kendama_cli.schema.arrays import Array
 from tests.control.seen_swings import ADAPT, swing
@@ -122,6 +122,57 @@ def test_the_cup_brakes_in_time_for_a_ball_that_flies_fast_to_the_side(
         meeting = commands[round(CATCH_S / H)].position_rad
         assert np.linalg.norm(mouth(meeting)[:2] - fast.position_m[:2]) < 0.01
     assert motion.max_shift_m <= most_m + 2e-5
+
+
+def test_a_shift_is_bounded_by_where_it_would_stop_and_a_speed_by_the_way_that_is_left() -> None:
+    """On random states: with the speed v the cup stops v |v| / 2b farther on, within the circle and 10 um."""
+    rng, settings, kinds = np.random.default_rng(10008), ADAPT.correction, set()
+    b, most = settings.braking_m_s2, settings.max_shift_m
+
+    def stop(shift: Array, speed: Array) -> float:
+        return float(np.linalg.norm(shift + speed * np.linalg.norm(speed) / (2 * b)))
+
+    for _ in range(400):
+        shift, speed, asked = (size * rng.normal(size=2) for size in (0.15, 0.6, 60.0))
+        ends = shift + H * speed + 0.5 * H**2 * asked, speed + H * asked
+        inside, leads = stop(shift, speed) <= most + 1e-5, stop(*ends) > most + 1e-5
+        kinds.add((inside, leads))
+        wanted = shortened(-speed / H, b if inside else settings.acceleration_m_s2) if leads else asked
+        assert bounded(asked, shift, speed, H, settings) == pytest.approx(wanted)
+        allowed = brakable(speed, shift, settings)
+        assert allowed @ [-speed[1], speed[0]] == pytest.approx(0.0, abs=1e-12)
+        if np.linalg.norm(shift) < most:
+            assert stop(shift, allowed) == pytest.approx(min(most, stop(shift, speed)), abs=1e-9) or (
+                np.allclose(allowed, speed) and stop(shift, speed) <= most
+            )
+    assert len(kinds) == 4
+    assert not brakable(np.array([1.0, 0.0]), np.array([most + 0.01, 0.0]), settings).any()
+    assert shortened(np.array([3.0, 4.0]), 1.0) == pytest.approx([0.6, 0.8])
+    assert shortened(np.array([0.3, 0.4]), 1.0) == pytest.approx([0.3, 0.4])
+    assert not shortened(np.zeros(2), 1.0).any()
+
+
+def test_the_planned_cup_is_that_of_the_joints_and_on_straight_lines_between_samples() -> None:
+    arm, cup, h = swing().arm, swing().cup, 1e-5
+    for k in (0, 311, 640):
+        rows = list(zip(cup.motion.position_rad[k : k + 2], cup.motion.velocity_rad_s[k : k + 2], strict=True))
+        poses = [arm.tool_pose(q) for q, _ in rows]
+        points = [one.position_m + 0.05 * one.rotation[:, 2] for one in poses]
+        speeds = [(arm.tool_position_m(q + h * v) - arm.tool_position_m(q - h * v)) / (2 * h) for q, v in rows]
+        for part in (0.0, 0.25):
+            point, speed = cup.at((k + part + 1e-9) * H, 0.05)
+            assert point == pytest.approx(points[0] + part * (points[1] - points[0]), abs=1e-7)
+            assert speed == pytest.approx(speeds[0] + part * (speeds[1] - speeds[0]), abs=1e-6)
+
+
+def test_a_ball_may_be_foreseen_at_any_height_of_its_flight() -> None:
+    """A tenth of a second before it comes down, on the same parabola, it leads to the same commands."""
+    down, early = ball((0.08, 0.03)), 0.1
+    velocity = down.velocity_m_s + np.array([0.0, 0.0, early * 9.81])
+    position = down.position_m - early * down.velocity_m_s - [0.0, 0.0, 0.5 * 9.81 * early**2]
+    before = dataclasses.replace(down, t_s=CATCH_S - early, position_m=position, velocity_m_s=velocity)
+    ours, theirs = (np.array([one.position_rad for one in played(pose)[1]]) for pose in (before, down))
+    assert ours[: round(CATCH_S / H)] == pytest.approx(theirs[: round(CATCH_S / H)], abs=1e-6)
 
 
 def test_no_ball_is_followed_before_the_time_from_which_it_may_be() -> None:
