@@ -20,7 +20,8 @@ DRAWS = 500
 
 
 def _preset(name: str) -> UncertaintySettings:
-    values = plain("adapt/uncertainty", name) | ({"restitution": [0.2, 0.2]} if name == "none" else {})
+    changes = {"none": {"restitution": [0.2, 0.2]}, "lab": {"joint_friction_nm": 2.0}}
+    values = plain("adapt/uncertainty", name) | changes.get(name, {})
     return build(UncertaintySettings, values, "uncertainty")
 
 
@@ -36,7 +37,7 @@ def _arm(perturbation: Perturbation) -> ArmErrors:
 
 def test_a_laboratorys_quantities_have_the_declared_distributions() -> None:
     """Kolmogorov and Smirnov's test against scipy's own distributions of the figures in lab.yaml."""
-    draws = _drawn("lab", DRAWS)
+    draws, lab = _drawn("lab", DRAWS), _preset("lab")
     arms, turn = [_arm(one) for one in draws], 2 * np.pi
     uniform, logarithmic = stats.uniform, stats.loguniform
     for values, expected in (
@@ -49,12 +50,21 @@ def test_a_laboratorys_quantities_have_the_declared_distributions() -> None:
         ([one.cup_error_y_hz for one in arms], logarithmic(0.2, 6.0)),
         ([one.cup_error_phase_rad % turn for one in arms], uniform(0.0, turn)),
         ([one.cup_error_y_phase_rad % turn for one in arms], uniform(0.0, turn)),
+        ([one.world.rope_scale for one in draws], uniform(1 - lab.rope_m / 0.4, 2 * lab.rope_m / 0.4)),
+        ([one.world.ball_start_m for one in draws], uniform(-lab.ball_start_m, 2 * lab.ball_start_m)),
+        ([one.world.mass_scale for one in draws], uniform(1 - lab.mass_fraction, 2 * lab.mass_fraction)),
+        ([one.world.joint_friction_nm for one in draws], uniform(0.0, lab.joint_friction_nm)),
+        ([one.world.drag_scale for one in draws], logarithmic(0.5, 2.0)),
+        ([one.lag_s for one in arms], uniform(0.0, 0.03)),
+        ([one.cup_error_hz for one in arms], logarithmic(*lab.cup_error_hz)),
     ):
         assert stats.kstest(values, expected.cdf).pvalue > 1e-3
-    factors = np.array(
-        [[one.world.ball_start_y_m, one.world.gravity_tilt_y_rad, one.sensor.latency_s] for one in draws]
-    )
-    assert np.abs(np.corrcoef(factors.T) - np.eye(3)).max() < 4 / np.sqrt(DRAWS)
+    names = ("ball_start_y_m", "gravity_tilt_y_rad", "rope_scale", "ball_start_m", "mass_scale", "joint_friction_nm")
+    factors = np.array([[one.sensor.latency_s, *(getattr(one.world, name) for name in names)] for one in draws])
+    assert np.abs(np.corrcoef(factors.T) - np.eye(7)).max() < 4 / np.sqrt(DRAWS)
+    for fixed in ("cup_error_m", "cup_error_y_m", "resonance_damping", "lost_commands", "lost_burst"):
+        assert {getattr(one, fixed) for one in arms} == {getattr(lab, fixed)}
+    assert {one.world.joint_friction_fraction for one in draws} == {lab.joint_friction_fraction}
 
 
 @pytest.mark.parametrize("preset", ["hard", "identified", "none"])
