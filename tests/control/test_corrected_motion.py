@@ -59,6 +59,7 @@ def test_until_a_ball_is_believed_the_motion_is_the_plan() -> None:
     planned = commands[: len(motion.t_s)]
     assert (np.array([one.position_rad for one in planned]) == motion.position_rad).all()
     assert (np.array([one.velocity_rad_s for one in planned]) == motion.velocity_rad_s).all()
+    assert (np.array([one.acceleration_rad_s2 for one in planned]) == motion.acceleration_rad_s2).all()
 
 
 @pytest.mark.parametrize("beside_m", [(0.08, 0.0), (-0.1, 0.02), (0.0, 0.0)])
@@ -71,6 +72,19 @@ def test_the_cup_meets_the_ball_where_and_when_it_comes_down_upright(beside_m: t
     # afterwards it comes to rest beside the plan
     assert not commands[-1].velocity_rad_s.any()
     assert np.linalg.norm(motion.shift_m - beside_m) < 0.05
+
+
+def test_the_cup_gives_with_the_ball_at_the_catch_and_brakes_after_it() -> None:
+    """At its planned height with 0.3 m/s down; then v^2 / 2a farther down, 22.5 mm at 2 m/s^2."""
+    _, commands = played(ball((0.05, 0.0)), contact_speed_m_s=0.3, contact_braking_m_s2=2.0)
+    plan, meeting = swing().cup, round(CATCH_S / H)
+    lift = np.array([swing().arm.tool_position_m(one.position_rad)[2] for one in commands])
+    lift -= [plan.sample(k).position_m[2] for k in range(len(commands))]
+    assert lift[: SEEN_AT - 1] == pytest.approx(0.0, abs=1e-9)
+    assert lift[SEEN_AT:meeting].max() == pytest.approx(4 / 27 * 0.3 * (CATCH_S - H * SEEN_AT), rel=0.05)
+    assert lift[meeting] == pytest.approx(0.0, abs=2e-3)
+    assert (lift[meeting] - lift[meeting - 2]) / (2 * H) == pytest.approx(-0.3, abs=0.03)
+    assert lift[-1] - lift[meeting] == pytest.approx(-0.0225, abs=2e-3)
 
 
 def test_a_late_drive_is_commanded_earlier() -> None:
@@ -186,7 +200,8 @@ def test_no_ball_is_followed_before_the_time_from_which_it_may_be() -> None:
 
 
 def test_a_ball_out_of_reach_is_followed_no_farther_than_the_arm_can() -> None:
-    _, commands = played(ball((4.0, 0.0)), max_shift_m=5.0, acceleration_m_s2=100.0)
+    motion, commands = played(ball((4.0, 0.0)), max_shift_m=5.0, acceleration_m_s2=100.0)
+    assert 0.5 < motion.max_shift_m < 1.1  # it stops where the limits allow no way on
     limits = swing().arm.limits
     places = np.array([one.position_rad for one in commands])
     assert np.isfinite(places).all()

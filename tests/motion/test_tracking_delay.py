@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.motion.tracking_delay import LEAST_RAD, tracking
+from kendama_cli.motion.tracking_delay import LEAST_RAD, LONGEST_S, _lowest, tracking
 
 PERIOD_S = 0.004
 
@@ -48,3 +48,28 @@ def test_a_joint_that_hardly_moves_has_no_delay() -> None:
     t_s = PERIOD_S * np.arange(1, 400)
     small = 0.5 * LEAST_RAD * np.sin(5 * t_s)[:, None]
     assert np.isnan(tracking(t_s, small, small).delay_s).all()
+
+
+@pytest.mark.parametrize(
+    ("samples", "late", "found"), [(60, 29, True), (60, 33, False), (400, 37, True), (400, 45, False)]
+)
+def test_delays_up_to_the_longest_are_found_in_half_of_the_samples(samples: int, late: int, found: bool) -> None:
+    """Random commands: but for the right shift no other resembles the measurement."""
+    sent = np.random.default_rng(10011).normal(0.0, 0.1, (samples + late, 1))
+    made = tracking(PERIOD_S * np.arange(samples), sent[late:], sent[:samples])
+    assert (abs(float(made.delay_s[0]) - late * PERIOD_S) < PERIOD_S) == found
+    assert (late * PERIOD_S <= LONGEST_S) == (late <= 37)
+    assert (float(made.residual_rms_rad[0]) < 0.05) == found
+    assert made.rms_rad == pytest.approx(np.sqrt(np.mean((sent[:samples] - sent[late:]) ** 2)))
+    assert made.largest_rad == pytest.approx(np.abs(sent[:samples] - sent[late:]).max())
+
+
+@pytest.mark.parametrize("at", [1.2, 2.0, 4.9])
+def test_a_parabola_tells_the_lowest_point_between_steps(at: float) -> None:
+    steps = np.arange(7)
+    assert _lowest(0.3 + 2.0 * (steps - at) ** 2) == pytest.approx((at, 0.3))
+    assert _lowest((steps - at) ** 2 - 1.0) == pytest.approx((at, 0.0)), "no mean square is below zero"
+    assert _lowest(np.array([0.5, 1.0, 2.0])) == (0.0, 0.5)
+    assert _lowest(np.array([2.0, 1.0, 0.5])) == (2.0, 0.5)
+    assert _lowest(np.array([2.0, 0.5, np.inf])) == (1.0, 0.5)
+    assert _lowest(np.array([1.0, 1.0, 1.0])) == (0.0, 1.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.motion_plan import MotionPlan, TurnPlan
-from kendama_cli.motion.dmp.heading import swing_heading_rad, turned_plan
+from kendama_cli.motion.dmp.heading import LEAST_LEAD_IN_S, CupPath, scaled_plan, swing_heading_rad, turned_plan
 from kendama_cli.motion.dmp.primitive import parameters, play, with_parameters
 from kendama_cli.motion.dmp.turning import cup_axes, rotations_of
 from kendama_cli.schema.arrays import Array
@@ -86,3 +86,33 @@ def test_a_mirrored_swing_goes_the_other_way_in_the_same_plane() -> None:
     assert abs(math.remainder(swing_heading_rad(other) - swing_heading_rad(one) - math.pi, 2 * math.pi)) < 1e-9
     inward = [turned_plan(each, 0.3 - swing_heading_rad(each)) for each in (one, other)]
     assert play(inward[0], T_S).position_m == pytest.approx(play(inward[1], T_S).position_m, abs=1e-12)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-2, 0.0])
+def test_a_path_that_begins_moving_is_led_into_by_a_quartic_from_rest(size: float) -> None:
+    """a u^3 + b u^4 has at its end the primitive's velocity and acceleration; it lasts 2 v / a, or a few periods."""
+    one = dataclasses.replace(plan(("x", "z")), start_m=np.array([0.1, -0.2]))
+    one = dataclasses.replace(one, start_velocity_m_s=size * one.start_velocity_m_s)
+    made, first = CupPath(one, 3.0), play(dataclasses.replace(one, tau_scale=1.0), np.zeros(1))
+    speed = float(np.linalg.norm(one.start_velocity_m_s))
+    assert made.lead_in_s == (max(2 * speed / 3.0, LEAST_LEAD_IN_S) if size else 0.0)
+    assert made.duration_s == pytest.approx(made.lead_in_s + 1.5 * one.duration_s)
+    after = np.linspace(0.0, 1.4, 9)
+    swung = play(dataclasses.replace(one, tau_scale=1.0), after).position_m
+    assert made.at(made.lead_in_s + after + 1e-12)[:, [0, 2]] == pytest.approx(swung, abs=1e-9)
+    assert not made.at(after)[:, 1].any()
+    if size:
+        u = np.linspace(0.0, 1.0, 9, endpoint=False)[:, None]
+        rate, bend = first.velocity_m_s * made.lead_in_s, first.acceleration_m_s2 * made.lead_in_s**2
+        a, b = np.linalg.solve([[3.0, 4.0], [6.0, 12.0]], np.vstack((rate, bend)))
+        wanted = first.position_m - a - b + a * u**3 + b * u**4
+        assert made.at(made.lead_in_s * u[:, 0])[:, [0, 2]] == pytest.approx(wanted, abs=1e-9)
+
+
+def test_a_scaled_plan_plays_the_scaled_path_and_so_do_its_variations() -> None:
+    one = dataclasses.replace(plan(), start_m=np.array([0.1, -0.2, 0.3]))
+    made = scaled_plan(one, 0.7, 1.4)
+    varied = [with_parameters(each, parameters(each) + each.variation[1]) for each in (one, made)]
+    for way, scaled in ((one, made), varied):
+        path = play(dataclasses.replace(way, tau_scale=1.4), T_S).position_m - one.start_m
+        assert play(scaled, T_S).position_m - one.start_m == pytest.approx(0.7 * path, abs=1e-9)

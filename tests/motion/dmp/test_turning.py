@@ -64,7 +64,8 @@ def test_tilt_and_spin_are_told_apart():
     flat, none = tilt_only(vectors * [1, 1, 0])
     assert flat == pytest.approx(np.linalg.norm(vectors[:, :2], axis=1))
     assert none == pytest.approx(0, abs=1e-9)
-    assert np.all(spin >= 0)
+    w, z = exponential(vectors)[:, [0, 3]].T
+    assert spin == pytest.approx(np.abs(2 * np.arctan2(np.abs(z), np.abs(w)))), "swing and twist"
 
 
 def test_a_share_of_a_turn_is_that_share_throughout():
