@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
-from kendama_cli.control.catch_game import HELD_S, catch_outcome, held
+from kendama_cli.control.catch_game import HELD_S, MIN_SAMPLES, Game, catch_outcome, find_crossing, held
 from kendama_cli.control.cup_cart import CartStep
 from kendama_cli.devices.robot.interface import Exchange, JointCommand, RobotState
 from kendama_cli.learning.state import SwingState
@@ -73,3 +76,40 @@ def test_a_ball_that_first_comes_down_beside_the_cup_is_not_caught(
     outcome = catch_outcome(steps("." * 20 + "x" * 20, ball_m=ball, tilt_rad=tilt_rad), 0.2, ALONG, GAME, 0.0)
     assert outcome.in_cup
     assert outcome.words == words
+
+
+@pytest.mark.parametrize(("before", "fitted"), [(MIN_SAMPLES + 1, True), (MIN_SAMPLES, False), (60, True), (5, False)])
+def test_a_fall_through_the_rims_plane_is_that_of_numpys_parabola_or_of_a_straight_line(
+    before: int, fitted: bool
+) -> None:
+    """A noisy flight of ``before`` samples over the plane, from ``free_s`` on; a fall before that does not count."""
+    rng, h, height = np.random.default_rng(10012), 0.004, 1.2
+    t = 3.0 + h * np.arange(90)
+    s = t - t[before - 1] - 0.4 * h
+    path = np.column_stack([t, 0.2 + 0.5 * s, -0.1 - 0.2 * s, height - 2.5 * s - 4.9 * s**2])
+    path[:, 1:] += rng.normal(0.0, 1e-5, (90, 3))
+    bounce = [[2.0, 0, 0, height + 0.1], [2.1, 0, 0, height - 0.1]]
+    found = find_crossing(np.vstack((bounce, path)), height, 3.0)
+    assert found is not None
+    if fitted:
+        curves = np.polyfit(t[:before], path[:before, 1:], 2).T
+        late = max(np.roots(curves[2] - [0.0, 0.0, height]).real)
+        wanted = [late, *(np.polyval(curve, late) for curve in curves)]
+    else:
+        part = (path[before - 1, 3] - height) / (path[before - 1, 3] - path[before, 3])
+        wanted = path[before - 1] + part * (path[before] - path[before - 1])
+    assert [found.t_s, *found.position_m] == pytest.approx(wanted, abs=1e-9)
+    assert find_crossing(path, height, 3.5) is None
+
+
+def test_a_prediction_is_held_against_the_crossing_at_its_horizon() -> None:
+    """Seen 0.30, 0.20 and 0.10 s before the catch that each tells, 30, 20 and 10 mm beside the real one."""
+    rims = [SimpleNamespace(t_s=2.0, position_m=np.array([1.0 + 0.1 * left, 0.5, left])) for left in (0.3, 0.2, 0.1)]
+    told: Any = [SimpleNamespace(t_s=2.0 - left, rim=rim) for left, rim in zip((0.3, 0.2, 0.1), rims, strict=True)]
+    crossing: Any = SimpleNamespace(t_s=2.0, position_m=np.array([1.0, 0.5, 9.0]))
+    swing: Any = SimpleNamespace(outcome="goal")
+    game = Game(swing, (), tuple(told), None, SimpleNamespace(problems=["blind"]), crossing)  # type: ignore[arg-type]
+    for horizon_s, error_m in ((0.05, 0.01), (0.15, 0.02), (0.25, 0.03), (0.9, 0.03)):
+        assert game.prediction_error_m(horizon_s) == pytest.approx(error_m)
+    assert game.outcome == "not swung up; blind"
+    assert Game(swing, (), (), None, game.observed, crossing).prediction_error_m(0.1) is None

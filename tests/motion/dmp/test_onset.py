@@ -69,26 +69,27 @@ def test_a_recording_that_moves_from_end_to_end_is_all_of_the_part() -> None:
 
 
 def test_samples_are_even_to_a_millionth_of_a_step() -> None:
-    t_s = np.arange(300) / 100
+    t_s = 7.0 + np.arange(300) / 100
     for off, even in ((0.4e-8, True), (0.8e-8, False)):
         assert is_even(t_s + off * (np.arange(300) == 150)) == even
 
 
 def parted(t_s: Array, *, rest_m_s: float = 0.1) -> Moving:
-    """A part from 0.905 to 2.105 s, whose speed rises and falls by 1 m/s^2 about 0.1 m/s at its ends."""
-    speed = 0.1 + np.minimum(t_s - 0.905, 2.105 - t_s)
-    return Moving(0.905, 2.105, is_even(t_s), t_s, speed, rest_m_s)
+    """A part from 0.905 to 2.105 s on, whose speed rises and falls by 1 m/s^2 about 0.1 m/s at its ends."""
+    begin_s, end_s = t_s[0] + 0.905, t_s[0] + 2.105
+    speed = 0.1 + np.minimum(t_s - begin_s, end_s - t_s)
+    return Moving(begin_s, end_s, is_even(t_s), t_s, speed, rest_m_s)
 
 
 @pytest.mark.parametrize(
-    ("head", "tail", "begin_s", "end_s"), [(0.1, 0.25, 0.785, 2.405), (9.0, 9.0, 0.0, 3.0), (None, None, 0.0, 3.0)]
+    ("head", "tail", "begin_s", "end_s"), [(0.1, 0.25, 4.785, 6.405), (9.0, 9.0, 4.0, 7.0), (None, None, 4.0, 7.0)]
 )
 @pytest.mark.parametrize("even", [True, False])
 def test_a_part_is_cut_at_its_margins_and_no_farther_than_it_was_seen(
     head: float | None, tail: float | None, begin_s: float, end_s: float, even: bool
 ) -> None:
-    t_s = EVEN if even else UNEVEN
-    made = cut(t_s, hand(t_s), parted(t_s), head, tail)
+    t_s = 4.0 + (EVEN if even else UNEVEN)
+    made = cut(t_s, hand(t_s - 4.0), parted(t_s), head, tail)
     assert made.onset_s == pytest.approx(begin_s)
     assert made.duration_s == pytest.approx(end_s - begin_s)
     if even:
@@ -99,8 +100,8 @@ def test_a_part_is_cut_at_its_margins_and_no_farther_than_it_was_seen(
         assert made.t_s == pytest.approx(np.concatenate([[begin_s], inner, [end_s]]), abs=1e-12)
         assert not made.even
         assert made.share == pytest.approx((made.t_s - begin_s) / (end_s - begin_s))
-    assert made.position_m == pytest.approx(hand(made.t_s) - hand(made.t_s[:1]), abs=1e-6)
-    assert (made.starts_still, made.ends_still) == (begin_s < 0.825, end_s > 2.185)
+    assert made.position_m == pytest.approx(hand(made.t_s - 4.0) - hand(made.t_s[:1] - 4.0), abs=1e-6)
+    assert (made.starts_still, made.ends_still) == (begin_s < 4.825, end_s > 6.185)
     assert not made.starts_fast
     assert not made.ends_fast
 
