@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kendama_cli.physics.rope import CupProfile, pivot
-from kendama_cli.physics.taut_rope import TautRope
+from kendama_cli.physics.taut_rope import Ball, TautRope, rope_angle, rope_rate, time_scale
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import CupSettings, GameSettings
 from tests.physics.bare_rope import bare_rope
@@ -70,3 +71,21 @@ def test_below_the_cup_it_is_a_pendulum() -> None:
     for rope in ROPES:
         desired = -(9.81 * math.sin(1.2) + 3.0 * math.cos(1.2)) / 0.4
         assert rope.acceleration_rad_s2(1.2, -2.0, 3.0, 9.81) == pytest.approx(desired, rel=1e-12)
+
+
+@given(st.floats(-2, 2), st.floats(-2, 2), st.floats(-5, 5), st.floats(-5, 5))
+def test_the_line_to_the_ball_turns_as_its_angle_does(x: float, z: float, vx: float, vz: float) -> None:
+    """Counted from straight down, in complex numbers: (x + i z) / -i has the angle, its derivative the rate."""
+    if math.hypot(x, z) < 1e-3:
+        return
+    hanging = complex(-z, x)
+    assert rope_angle(x, z) == pytest.approx(cmath.phase(hanging))
+    assert rope_rate(Ball(x, z, vx, vz)) == pytest.approx((complex(-vz, vx) / hanging).imag, abs=1e-9)
+
+
+def test_a_rope_is_scaled_and_stretched_by_the_ball_that_hangs_on_it() -> None:
+    assert TautRope.of(GAME, 1.1).length_m == pytest.approx(1.1 * GAME.rope.length_m)
+    weight_n = GAME.ball.mass_kg * GAME.gravity_m_s2
+    stretched_m = TautRope.hanging(GAME, 1.1).length_m - 1.1 * GAME.rope.length_m
+    assert stretched_m * GAME.rope.stiffness_n_m == pytest.approx(weight_n)
+    assert time_scale(1.44) == pytest.approx(1.2)
