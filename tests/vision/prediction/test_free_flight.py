@@ -1,8 +1,10 @@
+import mpmath
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad_vec, solve_ivp
+from scipy.optimize import brentq
 
-from kendama_cli.vision.prediction.free_flight import FreeFlight
+from kendama_cli.vision.prediction.free_flight import FreeFlight, tilted_gravity
 
 G = np.array([0.1, -0.05, -9.81])
 START, VELOCITY = np.array([0.1, 0.0, 0.3]), np.array([-0.8, 0.1, 1.6])
@@ -20,15 +22,85 @@ def test_closed_form_agrees_with_integration_of_the_equation(drag_per_s):
     assert np.abs(flight.moved(np.zeros(3), VELOCITY, ends)[1] - found.y[3:].T).max() < 1e-10
 
 
-def test_a_flight_with_quadratic_drag_is_what_an_independent_integration_gives():
-    k2, velocity, ends = 0.12, np.array([6.0, 0.4, 2.0]), np.linspace(0.0, 0.6, 7)
-    found = solve_ivp(
-        lambda _, y: np.concatenate([y[3:], G - k2 * np.linalg.norm(y[3:]) * y[3:]]),
-        (0, 0.6), np.concatenate([START, velocity]), t_eval=ends, rtol=1e-12, atol=1e-13,
-    )  # fmt: skip
-    flight = FreeFlight(G, 0.0, k2)
-    assert np.abs(flight.position_m(START, velocity, ends) - found.y[:3].T).max() < 1e-6
-    assert np.abs(flight.moved(np.zeros(3), velocity, ends)[1] - found.y[3:].T).max() < 1e-5
+@pytest.mark.parametrize("drag_per_s", [0.0, 0.5])
+def test_a_flight_with_quadratic_drag_is_what_an_independent_integration_gives(drag_per_s):
+    k2, velocity = 0.12, np.array([6.0, 0.4, 2.0])
+    flight = FreeFlight(G, drag_per_s, k2)
+    for way, ends in ((1.0, np.linspace(0.0, 0.6, 7)), (-1.0, np.array([0.04, 0.15]))):
+        found = solve_ivp(
+            lambda _, y, way=way: way
+            * np.concatenate([y[3:], G - (drag_per_s + k2 * np.linalg.norm(y[3:])) * y[3:]]),
+            (0, ends[-1]), np.concatenate([START, velocity]), t_eval=ends, rtol=1e-12, atol=1e-13,
+        )  # fmt: skip
+        position, speed = flight.moved(START, velocity, way * ends)
+        assert np.abs(position - found.y[:3].T).max() < 2e-6
+        assert np.abs(speed - found.y[3:].T).max() < 2e-5
+
+
+@pytest.mark.parametrize("drag_per_s", [0.0, 1e-3, 0.3, 1.5])
+def test_the_gains_are_exact_to_the_last_digits_where_their_formula_would_cancel(drag_per_s):
+    for s in (0.013, 0.019, 0.06, 0.3, 1.1):
+        k, t = mpmath.mpf(drag_per_s), mpmath.mpf(s)
+        with mpmath.workdps(40):
+            first = (1 - mpmath.exp(-k * t)) / k if k else t
+            second = (t - first) / k if k else t**2 / 2
+        flight = FreeFlight(G, drag_per_s)
+        assert float(flight.velocity_gain_s(s)) == pytest.approx(float(first), rel=1e-14)
+        assert float(flight.gravity_gain_s2(s)) == pytest.approx(float(second), rel=1e-12)
+
+
+@pytest.mark.parametrize("drag_per_s", [0.0, 0.7])
+def test_the_change_with_the_velocity_is_the_integral_of_the_drag_s_slope(drag_per_s):
+    """dv/dv0 = 1 - int S dt, dx/dv0 = s - int (s - t) S dt on the path without air, by adaptive quadrature."""
+    k2, velocity = 0.12, np.array([6.0, 0.4, 2.0])
+
+    def slope(t):
+        v = velocity + t * G
+        size = np.linalg.norm(v)
+        return (drag_per_s + k2 * size) * np.eye(3) + k2 * np.outer(v, v) / size
+
+    for s in (0.05, -0.1, 0.3):
+        found = FreeFlight(G, drag_per_s, k2).transition(velocity, s)
+        assert found.velocity == pytest.approx(np.eye(3) - quad_vec(slope, 0, s)[0], abs=1e-8)
+        expected = s * np.eye(3) - quad_vec(lambda t, s=s: (s - t) * slope(t), 0, s)[0]
+        assert found.position_s == pytest.approx(expected, abs=1e-8)
+        linear, h = FreeFlight(G, drag_per_s), 1e-3
+        exact = linear.transition(velocity, s)
+        ways = [(linear.moved(START, velocity + h * e, s), linear.moved(START, velocity - h * e, s)) for e in np.eye(3)]
+        for kind, matrix in enumerate(exact):
+            assert matrix == pytest.approx(
+                np.array([(up[kind] - low[kind]) / (2 * h) for up, low in ways]).T, abs=1e-10
+            )
+
+
+@pytest.mark.parametrize(("drag_per_s", "drag_per_m"), [(0.0, 0.0), (0.5, 0.0), (0.0, 0.1), (0.5, 0.1)])
+def test_a_height_is_crossed_downward_where_a_search_between_the_apex_and_far_below_finds_it(drag_per_s, drag_per_m):
+    flight, rng = FreeFlight(G, drag_per_s, drag_per_m), np.random.default_rng(5)
+    none = 0
+    for _ in range(40):
+        velocity, height = np.array([*rng.normal(0, 2, 2), rng.uniform(-1.5, 3)]), rng.uniform(-1.0, 1.0)
+
+        def over(s, velocity=velocity, height=height):
+            return flight.position_m(START, velocity, s)[2] - height
+
+        rise = [flight.moved(START, velocity, s)[1][2] for s in (-0.25, 1.0)]
+        assert rise[0] > 0 > rise[1]
+        apex = brentq(lambda s, velocity=velocity: flight.moved(START, velocity, s)[1][2], -0.25, 1.0)
+        found = flight.descent_s(START, velocity, height)
+        if over(apex) < 0:
+            none += 1
+            assert found is None
+        else:
+            assert found == pytest.approx(brentq(over, apex, 3.0, xtol=1e-13), abs=1e-9)
+    assert 0 < none < 30
+    assert FreeFlight(-G, 0.1).descent_s(START, VELOCITY, 0.0) is None
+
+
+def test_gravity_leans_by_its_two_angles_and_keeps_its_size():
+    for tilt in ((0.0, 0.0), (0.1, 0.0), (-0.05, 0.2)):
+        x, y, z = tilted_gravity(9.8, tilt)
+        assert np.linalg.norm([x, y, z]) == pytest.approx(9.8)
+        assert (np.arctan2(x, -z), np.arctan2(y, -z)) == pytest.approx(tilt)
 
 
 def test_how_a_flight_changes_with_its_velocity_is_right_to_first_order_of_the_air():

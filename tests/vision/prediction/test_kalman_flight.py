@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+from kendama_cli.vision.cameras.triangulation import RayConstraints
 from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
+from kendama_cli.vision.prediction.free_flight import FreeFlight
+from kendama_cli.vision.prediction.kalman_flight import KalmanFlightFit
 from kendama_cli.vision.settings import ColouredMotion
 from tests.vision.scenes import stereo
 from tests.vision.seen_flight import (
@@ -67,35 +70,6 @@ def test_a_wobbling_ball_is_predicted_better_by_the_variant_that_expects_it_and_
     assert 0.9 < np.mean(ratios) < 1.1
 
 
-def test_the_ball_is_told_without_the_wobble_and_its_covariance_is_true():
-    """200 draws; mean normalised square of 2 numbers: 2 +- 0.14, and twice that is three standard deviations."""
-    rng, squares = np.random.default_rng(20), []
-    for _ in range(200):
-        points, _, _ = disturbed(COLOURED, rng)
-        estimator = CatchPoseEstimator(9.81, DRAG, RIM_M, motion=COLOURED)
-        for moment, point in zip(SEEN, points, strict=True):
-            estimator.update_position(moment, point, (2e-4) ** 2 * np.eye(3))
-        pose = estimator.catch()
-        error = (pose.position_m - CROSSING_M)[:2]
-        squares.append(error @ np.linalg.solve(pose.covariance_m2[:2, :2], error))
-    assert 1.58 < np.mean(squares) < 2.42
-
-
-def test_the_coloured_variant_is_generalised_least_squares():
-    """Against the batch solution with the full residual covariance, which shares no code with the filter."""
-    points, _, _ = disturbed(COLOURED, np.random.default_rng(17))
-    d = np.sqrt(3) / COLOURED.length_s * np.abs(SEEN[:, None] - SEEN)
-    covariance = COLOURED.sigma_m**2 * (1 + d) * np.exp(-d) + (2e-4) ** 2 * np.eye(len(SEEN))
-    design = np.column_stack([np.ones_like(SEEN), FLIGHT.velocity_gain_s(SEEN)])
-    left = points - FLIGHT.gravity_gain_s2(SEEN)[:, None] * FLIGHT.gravity_m_s2
-    inverse = np.linalg.inv(covariance)
-    weights = np.linalg.solve(design.T @ inverse @ design, design.T @ inverse @ left)
-    d_end = np.sqrt(3) / COLOURED.length_s * np.abs(SEEN[-1] + 0.1 - SEEN)
-    wobble = COLOURED.sigma_m**2 * (1 + d_end) * np.exp(-d_end) @ inverse @ (left - design @ weights)
-    expected = FLIGHT.position_m(weights[0], weights[1], SEEN[-1] + 0.1) + wobble
-    assert np.allclose(estimator_of(points, COLOURED).state_at(SEEN[-1] + 0.1)[:3], expected, atol=2e-6)
-
-
 def test_wobble_that_was_not_expected_shows_in_the_residuals_and_widens_the_covariance():
     points, _, _ = disturbed(COLOURED, np.random.default_rng(18))
     wrong, right = estimator_of(points, None), estimator_of(points, COLOURED)
@@ -115,3 +89,75 @@ def test_pixels_of_cameras_that_do_not_expose_together_serve_every_variant(motio
     pose = estimator.catch()
     assert np.linalg.norm(pose.position_m - CROSSING_M) < 4 * np.sqrt(np.trace(pose.covariance_m2))
     assert np.linalg.norm(pose.position_m - CROSSING_M) < 0.01
+
+
+def _positions(fit, times, points, sigma_m):
+    for t, point in zip(times, points, strict=True):
+        fit.add(t, RayConstraints(np.eye(3) / sigma_m, point / sigma_m, np.zeros(3), 1.0))
+
+
+def _joint(motion, times, flight):
+    """Covariance of position and velocity without the wobble, and of the wobble, at all ``times``, from the first on.
+
+    Wide prior, white noise on the acceleration, and Matern's; all along one axis.
+    """
+    s = np.asarray(times) - times[0]
+    least, most = np.minimum.outer(s, s), np.maximum.outer(s, s)
+    first = s[:, None] <= s
+    a, rate = flight.velocity_gain_s(s), 1 - flight.drag_per_s * flight.velocity_gain_s(s)
+    q = motion.intensity_m2_s3
+    place = 1.0 + 100.0 * np.outer(a, a) + q * least**2 * (3 * most - least) / 6
+    # of the position at the row's time with the velocity at the column's
+    mixed = 100.0 * np.outer(a, rate) + q * np.where(first, s[:, None] ** 2 / 2, least * (2 * most - least) / 2)
+    speed = 100.0 * np.outer(rate, rate) + q * least
+    d = np.sqrt(3) / motion.length_s * np.abs(np.subtract.outer(s, s))
+    return place, mixed, speed, motion.sigma_m**2 * (1 + d) * np.exp(-d)
+
+
+@pytest.mark.parametrize("of_marker", [False, True])
+def test_state_covariance_and_likelihood_are_those_of_one_gaussian_over_all_times(of_marker):
+    """Conditioned on all that was seen, which shares no code with the filter; without air the flight is linear."""
+    flight, rng, sigma_m = FreeFlight(np.array([0.0, 0.0, -9.81]), 0.0), np.random.default_rng(21), 2e-3
+    times = np.cumsum(rng.uniform(0.005, 0.02, 20))
+    points = flight.position_m(START, VELOCITY, times - times[0]) + 2e-3 * rng.standard_normal((20, 3))
+    likelihoods = []
+    for motion in (ColouredMotion("coloured", 1.5, 4e-3, 0.1, 0.3), ColouredMotion("coloured", 0.7, 2e-3, 0.2, 1.0)):
+        fit = KalmanFlightFit(flight, motion, of_marker=of_marker)
+        _positions(fit, times, points, sigma_m)
+        for ahead in (0.0, 0.15):
+            place, mixed, speed, wobble = _joint(motion, [*times, times[-1] + ahead], flight)
+            noise = (motion.noise_scale * sigma_m) ** 2 * np.eye(20)
+            seen = (place + wobble)[:-1, :-1] + noise
+            left = points - flight.position_m(START, VELOCITY, times - times[0])
+            target = (place + wobble if of_marker else place)[-1]
+            gain = np.linalg.solve(seen, np.array([target[:-1], mixed[:-1, -1]]).T).T
+            true = flight.moved(START, VELOCITY, times[-1] + ahead - times[0])
+            found, velocity = fit.state(times[-1] + ahead)
+            variance = target[-1] - gain[0] @ target[:-1]
+            assert found - true[0] == pytest.approx(gain[0] @ left, abs=0.02 * np.sqrt(variance))
+            assert fit.ball_state(times[-1] + ahead).covariance_m2 == pytest.approx(
+                variance * np.eye(3), rel=1e-3, abs=1e-9
+            )
+            if not of_marker:
+                spread = np.sqrt(speed[-1, -1] - gain[1] @ mixed[:-1, -1])
+                assert velocity - true[1] == pytest.approx(gain[1] @ left, abs=0.02 * spread)
+        square = np.sum(left * np.linalg.solve(seen, left))
+        expected = -(square + 3 * np.linalg.slogdet(seen / sigma_m**2)[1]) / 2
+        likelihoods.append((fit.log_likelihood, expected))
+        assert fit.residual_ratio == pytest.approx(square / (60 - 6), rel=1e-2)
+    assert likelihoods == pytest.approx(np.array(likelihoods)[:, [1, 1]], abs=0.05)
+
+
+def test_stamps_that_go_back_change_nothing_of_an_undisturbed_flight():
+    flight, motion = FreeFlight(np.array([0.0, 0.0, -9.81]), 0.3), ColouredMotion("coloured", 1.0, 1e-9, 0.1, 0.0)
+    rng, times = np.random.default_rng(22), np.arange(20) / 100
+    points = flight.position_m(START, VELOCITY, times) + 1e-3 * rng.standard_normal((20, 3))
+    swapped, sorted_fit = (KalmanFlightFit(flight, motion) for _ in range(2))
+    order = [0, 2, 1, 3, 5, 4, 7, 6, 8, 10, 9, 12, 11, 13, 15, 14, 17, 16, 19, 18]
+    _positions(swapped, times[order], points[order], 1e-3)
+    _positions(sorted_fit, times, points, 1e-3)
+    for one, other in zip(swapped.state(0.3), sorted_fit.state(0.3), strict=True):
+        assert one == pytest.approx(other, abs=1e-6)
+    spreads = [fit.ball_state(0.3).covariance_m2 for fit in (swapped, sorted_fit)]
+    assert spreads[0] == pytest.approx(spreads[1], rel=1e-4)
+    assert swapped.reference_s == 0.19
