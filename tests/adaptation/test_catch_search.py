@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from kendama_cli.adaptation.catch_search import (
     TauSearch,
@@ -372,3 +373,21 @@ def test_balls_that_jumped_out_and_balls_that_never_came_down_are_lost() -> None
     assert expected_success([*good[:3], Repeat(False, None)], MOUTH_M) == pytest.approx(0.75)
     assert expected_success([Repeat(False, None)] * 4, MOUTH_M) == 0.0
     assert mean_distance_m([Repeat(True, -0.01, 0.03), Repeat(False, None)]) == pytest.approx(0.52)
+
+
+def test_expected_success_is_scipys_kernel_estimate() -> None:
+    """Of twelve perturbed simulations, of which one ball never came down and one was lost within the mouth."""
+    rng = np.random.default_rng(10015)
+    for spread_m in (0.001, 0.02, 0.05):
+        misses = 0.02 + spread_m * rng.standard_t(2, 10)  # long tails: quartiles tell less of a spread
+        repeats = [Repeat(abs(one) < 0.038, float(one), 0.01) for one in misses] + [
+            Repeat(False, None),
+            Repeat(False, 0.0),
+        ]
+        quarters = np.percentile(misses, 75) - np.percentile(misses, 25)
+        width = max(1.06 * min(misses.std(ddof=1), quarters / 1.34) / 10**0.2, 0.002)
+        share = stats.gaussian_kde(misses, width / misses.std(ddof=1)).integrate_box_1d(-0.038, 0.038)
+        assert expected_success(repeats, 0.038) == pytest.approx(share * 10 / 12)
+        assert mean_distance_m(repeats) == pytest.approx((np.abs(misses).sum() + 10 * 0.01 + 1.0) / 12)
+    alone = stats.norm(0.037, 0.002)
+    assert expected_success([Repeat(True, 0.037)], 0.038) == pytest.approx(alone.cdf(0.038) - alone.cdf(-0.038))

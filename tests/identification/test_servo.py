@@ -7,6 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.artifacts.servo_model import ServoModel
@@ -14,7 +15,18 @@ from kendama_cli.control.imitation import Played, play_motion
 from kendama_cli.devices.robot.leading import LeadingRobot
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from kendama_cli.errors import StageError
-from kendama_cli.identification.servo import fit_servo, followed, servo_of
+from kendama_cli.identification.servo import (
+    _deviation,
+    _Fit,
+    _Motion,
+    _rest_s,
+    _solved,
+    cup_sag_m,
+    fit_servo,
+    followed,
+    servo_changed,
+    servo_of,
+)
 from kendama_cli.robot_model.model import RobotModel
 from tests.control.test_rope_fit import swing
 from tests.stages.transfer_setup import GAME, ROBOT, TWIN
@@ -114,6 +126,72 @@ def test_a_motion_too_short_or_at_rest_tells_nothing() -> None:
     assert fit_servo(ARM, motion(0.1), motion(0.1), PERIOD_S) is None
     still = np.repeat(ARM.home_rad[None], 500, axis=0)
     assert fit_servo(ARM, still, still, PERIOD_S) is None
+
+
+def test_a_delay_that_a_lag_does_not_explain_is_told_by_the_terms_of_velocity_and_acceleration() -> None:
+    """u - q = (T + r) q' + (T r + r^2 / 2) q'' + s tau + c, made of random terms; the median of joints that moved."""
+    rng, lag_s = np.random.default_rng(10020), 0.05
+    motion = _Motion(*rng.normal(size=(4, 80, 4)))
+    rest_s = np.array([0.012, -0.004, 0.011, 9.0])
+    square = lag_s * rest_s + rest_s**2 / 2
+    sent = motion.position + (lag_s + rest_s) * motion.velocity + square * motion.acceleration
+    sent += 0.3 * motion.torque_nm + 0.1
+    assert _rest_s(sent, motion, motion, np.array([True, True, True, False])) == pytest.approx(0.011)
+    later = motion.after(0.02)
+    assert later.velocity == pytest.approx(motion.velocity + 0.02 * motion.acceleration)
+    assert later.position == pytest.approx(motion.position + 0.02 * motion.velocity + 0.0002 * motion.acceleration)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.6])
+def test_the_deviation_of_a_coefficient_is_its_scatter_over_many_motions(rho: float) -> None:
+    """Residuals of a process of first order over slow terms; 300 fits scatter by 4 % of their own deviation."""
+    rng = np.random.default_rng(10021)
+    t = np.linspace(0, 20, 400)
+    terms = np.column_stack([np.sin(0.7 * t), np.cos(1.1 * t), np.ones(400)])
+    found = []
+    for _ in range(300):
+        noise = lfilter([1.0], [1.0, -rho], rng.normal(size=500))[100:]
+        (first, *_), residual = _solved(terms, terms, terms @ [0.3, 1.0, -2.0] + noise)
+        found.append((first, _deviation(terms, terms, residual)))
+    assert np.mean([one for one, _ in found]) == pytest.approx(0.3, abs=0.03)
+    assert np.mean([sigma for _, sigma in found]) == pytest.approx(np.std([one for one, _ in found]), rel=0.15)
+
+
+def test_terms_that_mean_nothing_are_zero() -> None:
+    """A lag below half a period or within 1.96 sigma of zero; a sag below 3 mrad, or that rises under a load."""
+    lag, sigma = np.array([0.0019, 0.0021, 0.0038, 0.0041]), np.array([0.0, 0.0, 0.002, 0.002])
+    sag, offset, largest = np.array([1e-4, 1e-4, -1e-4, 1e-4]), np.full(4, 0.01), np.array([0.0029, 0.0031, 0.1, 0.1])
+    servo = _Fit(0.0, lag, sigma, sag, offset, largest).servo(("a", "b", "c", "d"), 0.008, PERIOD_S)
+    assert servo.lag_s == pytest.approx([0.0, 0.0021, 0.0, 0.0041])
+    assert servo.sag_rad_nm == pytest.approx([0.0, 1e-4, 0.0, 1e-4])
+    assert servo.offset_rad == pytest.approx([0.0, 0.01, 0.0, 0.01])
+    assert servo.dead_time_s == 0.008
+
+
+@pytest.mark.parametrize("times", [1.0, -1.0])
+def test_a_servo_has_changed_where_its_delay_has_by_more_than_is_uncertain(times: float) -> None:
+    """1.96 hypot(3, 4 ms) = 9.8 ms is uncertain of two delays of 3 and 4 ms."""
+    none = np.zeros(3)
+
+    def servo(lag_s: float, sigma_s: float) -> ServoModel:
+        return ServoModel(("a", "b", "c"), 0.01, none + lag_s, none + sigma_s, none, none)
+
+    for sigmas, more_s, changed in (
+        ((0.0, 0.0), 0.0039, False),
+        ((0.0, 0.0), 0.0041, True),
+        ((0.003, 0.004), 0.0097, False),
+        ((0.003, 0.004), 0.0099, True),
+    ):
+        assert servo_changed(servo(0.05, sigmas[0]), servo(0.05 + times * more_s, sigmas[1])) == changed
+
+
+def test_the_cup_sags_by_what_the_joints_give_under_the_arms_weight() -> None:
+    """To first order by the cup's Jacobian, here by differences of its position."""
+    none, q = np.zeros(7), ARM.home_rad
+    servo = ServoModel(ARM.joint_names, 0.0, none, none, none + 1e-6, none + 1e-5)
+    give = 1e-6 * ARM.rigid_effort_nm(q, none, none) + 1e-5
+    slope = np.array([(ARM.tool_position_m(q + h) - ARM.tool_position_m(q - h)) / 2e-6 for h in 1e-6 * np.eye(7)])
+    assert cup_sag_m(ARM, servo, q) == pytest.approx(np.linalg.norm(give @ slope), rel=1e-3)
 
 
 def played(robot: LeadingRobot) -> Played:

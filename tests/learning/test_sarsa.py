@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import math
 
 import numpy as np
 import pytest
 
 from kendama_cli.errors import ConfigError
 from kendama_cli.learning.decision import GreedyPolicy, seal_table, task_meaning
-from kendama_cli.learning.exploration import DrawnHarmonic, vary_harmonic
 from kendama_cli.learning.sarsa import SarsaLearner, ValueTable
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.updates import Transition, UpdateName
@@ -114,25 +112,6 @@ def test_as_many_rollouts_explore_after_a_greedy_failure_as_are_configured():
         learner.act(HANGING, 0.0)
         learner.end_rollout(outcome, HANGING)
     assert explored == [True, True, False, True, True, True, False, False]
-
-
-def test_a_harmonic_rollout_follows_a_cosine_within_the_band():
-    learner = SarsaLearner(SETTINGS)
-    learner.begin_rollout(np.random.default_rng(5))
-    sent = np.array([learner.act(SWUNG if k // 11 % 2 else HANGING, 0.002 * k) for k in range(2000)])
-    assert set(sent) <= set(SETTINGS.actions_m_s2)
-    reversals = np.count_nonzero(np.diff(np.sign(sent[sent != 0.0])))
-    assert 3.0 * 4.0 / np.pi - 1 <= reversals <= 8.0 * 4.0 / np.pi + 1  # w t / pi over 4 s
-
-
-def test_epsilon_greedy_takes_other_than_greedy_actions_as_often_as_configured():
-    chosen = learn_settings("easy", "learn/learner=epsilon_greedy", exploration__epsilon=0.5, alpha=1e-9)
-    learner = SarsaLearner(chosen)
-    learner.begin_rollout(np.random.default_rng(2))
-    rest = sum(learner.act(HANGING, 0.1 * k) != 0.0 for k in range(1000))
-    assert learner.explored
-    # ties keep the previous action, so that the action changes with probability 0.5 * 4 / 5 and is uniform
-    assert 700 < rest < 900
 
 
 @pytest.mark.parametrize("acting", ["latest", "streak_mean"])
@@ -287,21 +266,6 @@ def test_exploration_varies_the_harmonics_with_the_best_rewards_and_keeps_them_o
     )
     for near in sampled[1:]:  # each varies one before it
         assert min(abs(near.frequency_rad_s / other.frequency_rad_s - 1.0) for other in sampled if other != near) < 0.2
-
-
-def test_a_lucky_harmonic_is_varied_farther_until_the_first_success_and_by_a_little_afterwards():
-    settings = learn_settings("hard")
-    sampled, own = DrawnHarmonic(5.0, 3.0, 0.5 * math.pi), settings.exploration
-    spreads = {}
-    for succeeded in (False, True):
-        rng = np.random.default_rng(10000)
-        made = [vary_harmonic(own, sampled, rng, succeeded=succeeded) for _ in range(4000)]
-        assert {one.phase_rad for one in made} == {sampled.phase_rad}
-        shares = np.array([(one.frequency_rad_s / 5.0 - 1.0, one.amplitude / 3.0 - 1.0) for one in made])
-        spreads[succeeded] = np.sqrt((shares**2).mean(axis=0)) / (own.frequency_spread, own.amplitude_spread)
-    np.testing.assert_allclose(spreads[True], 1.0, atol=0.05)
-    low, high = own.spread_scales  # rms of a factor that is even on a logarithmic scale
-    np.testing.assert_allclose(spreads[False], math.sqrt((high**2 - low**2) / (2 * math.log(high / low))), rtol=0.05)
 
 
 def test_scales_of_spread_the_wrong_way_round_are_refused():

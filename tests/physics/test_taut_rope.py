@@ -38,6 +38,15 @@ def test_the_ball_is_where_the_rope_is_just_as_long_as_it_is(rope: TautRope, ang
     assert math.atan2(ball.across_m, -ball.above_m) == pytest.approx(angle, abs=1e-9)
 
 
+@pytest.mark.parametrize(("rope", "edges"), [(ROPES[0], 2), (ROPES[1], 3)])
+def test_its_corners_are_the_angles_at_which_the_rope_comes_to_the_next_edge(rope: TautRope, edges: int) -> None:
+    for corner in set(rope.corners_rad):
+        balls = [rope.ball(corner + off, 0.0) for off in (-1e-7, 1e-7)]
+        before, after = (pivot(rope.cup, one.across_m, one.above_m) for one in balls)
+        assert before[2] < after[2]
+    assert len(set(rope.corners_rad)) == edges
+
+
 @pytest.mark.parametrize("rope", ROPES)
 @given(angle=angles, rate=st.floats(-8, 8))
 def test_its_velocity_is_how_its_place_changes(rope: TautRope, angle: float, rate: float) -> None:
