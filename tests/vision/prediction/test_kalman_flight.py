@@ -130,7 +130,9 @@ def test_state_covariance_and_likelihood_are_those_of_one_gaussian_over_all_time
             seen = (place + wobble)[:-1, :-1] + noise
             left = points - flight.position_m(START, VELOCITY, times - times[0])
             target = (place + wobble if of_marker else place)[-1]
-            gain = np.linalg.solve(seen, np.array([target[:-1], mixed[:-1, -1]]).T).T
+            decay, since = np.sqrt(3) / motion.length_s, times[-1] + ahead - times
+            rate = mixed[:-1, -1] - of_marker * (motion.sigma_m * decay) ** 2 * since * np.exp(-decay * since)
+            gain = np.linalg.solve(seen, np.array([target[:-1], rate]).T).T
             true = flight.moved(START, VELOCITY, times[-1] + ahead - times[0])
             found, velocity = fit.state(times[-1] + ahead)
             variance = target[-1] - gain[0] @ target[:-1]
@@ -138,9 +140,8 @@ def test_state_covariance_and_likelihood_are_those_of_one_gaussian_over_all_time
             assert fit.ball_state(times[-1] + ahead).covariance_m2 == pytest.approx(
                 variance * np.eye(3), rel=1e-3, abs=1e-9
             )
-            if not of_marker:
-                spread = np.sqrt(speed[-1, -1] - gain[1] @ mixed[:-1, -1])
-                assert velocity - true[1] == pytest.approx(gain[1] @ left, abs=0.02 * spread)
+            spread = np.sqrt(speed[-1, -1] + of_marker * (motion.sigma_m * decay) ** 2 - gain[1] @ rate)
+            assert velocity - true[1] == pytest.approx(gain[1] @ left, abs=0.02 * spread)
         square = np.sum(left * np.linalg.solve(seen, left))
         expected = -(square + 3 * np.linalg.slogdet(seen / sigma_m**2)[1]) / 2
         likelihoods.append((fit.log_likelihood, expected))
