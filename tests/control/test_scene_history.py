@@ -6,8 +6,9 @@ import functools
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from kendama_cli.control.scene_history import KEPT_PERIODS, SceneHistory, joint_places
+from kendama_cli.control.scene_history import HANDLE_END_M, KEPT_PERIODS, SceneHistory, joint_places
 from kendama_cli.devices.robot.interface import JointCommand, SceneState
 from kendama_cli.devices.robot.simulated import SimulatedRobot
 from tests.devices.robot.test_simulated import WORN
@@ -34,6 +35,22 @@ def test_between_two_periods_everything_moves_straight(t_s: float) -> None:
     assert pose.ball_m == pytest.approx(moving(t_s).ball_m - ORIGIN_M)
     assert pose.cup_m == pytest.approx(moving(t_s).cup_m - ORIGIN_M)
     assert pose.arm_m[0] == pytest.approx(np.array([t_s, 0.0, 0.0]) - ORIGIN_M)
+
+
+def test_a_cup_turns_evenly_between_two_periods_and_a_rollout_is_all_that_was_added() -> None:
+    history = SceneHistory(lambda q: np.array([[q[0], 0.0, 0.0]]), 0.4, ORIGIN_M)
+    turns = Rotation.from_rotvec(np.outer(np.arange(KEPT_PERIODS + 9), [0.02, -0.03, 0.01]))
+    for k, turn in enumerate(turns):
+        scene = moving(0.004 * k)
+        history.add(7.0 + 0.004 * k, SceneState(scene.position_rad, scene.cup_m, turn.as_matrix(), scene.ball_m))
+    pose, here = history(7.0 + 0.004 * 40.25), Rotation.from_rotvec(40.25 * np.array([0.02, -0.03, 0.01])).as_matrix()
+    assert pose.cup_rotation == pytest.approx(here, abs=1e-6)
+    assert pose.arm_m[-1] == pytest.approx(pose.cup_m - HANDLE_END_M * here[:, 2], abs=1e-6)
+    assert history.position_rad(7.0 + 0.004 * 40.25) == pytest.approx([0.004 * 40.25])
+    path = history.rollout()
+    assert path[:, 0] == pytest.approx(0.004 * np.arange(KEPT_PERIODS + 9))
+    assert path[:, 4:7] == pytest.approx(turns.as_matrix()[:, :, 2])
+    assert path[11, [1, 3, 7, 9]] == pytest.approx([0.044, 1.0, 1.088, 1.456])
 
 
 def test_before_and_after_what_is_known_the_scene_is_held() -> None:
