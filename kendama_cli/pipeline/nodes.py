@@ -52,7 +52,7 @@ def node_schemas() -> tuple[dict[str, Any], KendamaError | None]:
     broken: KendamaError | None = None
     for part, name in [*((NODES, name) for name in declared(NODES)), *(("stage", name) for name in stage_names())]:
         try:
-            brought = {name: _shared(name)} if part == NODES else _of_stage(name)
+            brought = {name: resolve(declared(NODES)[name], f"node '{name}'")} if part == NODES else _of_stage(name)
         except KendamaError as error:
             broken = error
             continue
@@ -84,10 +84,6 @@ def build_settings(config: Mapping[str, Any], known: Remembered | None = None) -
         if name in schemas  # the bundled configuration has the nodes of parts that may be missing, too
     }
     return NodeSettings({"seed": seed} | built)
-
-
-def _shared(name: str) -> Any:
-    return resolve(declared(NODES)[name], f"node '{name}'")
 
 
 def _of_stage(name: str) -> Mapping[str, Any]:

@@ -10,10 +10,6 @@ import numpy as np
 from kendama_cli.schema.arrays import Array
 
 
-def _no_links() -> Array:
-    return np.empty((0, 3, 4))
-
-
 @dataclass(frozen=True)
 class ScenePose:
     """Poses of the bodies at one instant, in the world frame."""
@@ -28,7 +24,7 @@ class ScenePose:
     """(k, 3) points along the rope; k = 0 shows none"""
     arm_m: Array
     """(j, 3) joints of the arm from base to tip, drawn as rods; j = 0 shows none"""
-    links: Array = field(default_factory=_no_links)
+    links: Array = field(default_factory=lambda: np.empty((0, 3, 4)))
     """(n, 3, 4) rotation and position [R | p] of each link whose mesh the camera has, in the same order"""
 
     def moved(self, rotation: Array, shift_m: Array) -> ScenePose:

@@ -10,7 +10,7 @@ import numpy as np
 from kendama_cli.errors import InputError
 from kendama_cli.report.chapters import EnsembleChapter, declaration_of, ensemble_chapter, undrawn
 from kendama_cli.report.ensemble import Ensemble, Run, ensemble
-from kendama_cli.report.figure import Figure, save_script
+from kendama_cli.report.figure import save_script
 from kendama_cli.report.grid import EMPTY, Cell, grid, quantity
 from kendama_cli.report.origin import robot_of
 from kendama_cli.report.page_head import page_head
@@ -19,10 +19,6 @@ from kendama_cli.report.tables import label_and_unit, settings_table
 
 _FEW = 3
 """So many groups have each their own headline figure."""
-
-
-def _figures(runs: Ensemble) -> list[Figure]:
-    return []
 
 
 def _metrics(runs: Ensemble, stage: str) -> str:
@@ -76,7 +72,7 @@ def _chapter(stage: str, entry: Mapping[str, object]) -> EnsembleChapter:
     """Return the stage's own chapter of a comparison, or the table of its metrics."""
     declaration = declaration_of(stage, entry)
     title = declaration.title if declaration else stage
-    plain = EnsembleChapter(title, "", (), _figures, lambda runs: _metrics(runs, stage))
+    plain = EnsembleChapter(title, "", (), lambda _: [], lambda runs: _metrics(runs, stage))
     return ensemble_chapter(declaration) or plain
 
 

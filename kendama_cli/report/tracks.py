@@ -95,7 +95,7 @@ def pair(
 
     Positions are relative to where the cup begins. None where there are no paths.
     """
-    cup, ball = (_within(log.table(f"{prefix}/{body}", FrameTransform), start_s, end_s) for body in ("cup", "ball"))
+    cup, ball = (within(log.table(f"{prefix}/{body}", FrameTransform), start_s, end_s) for body in ("cup", "ball"))
     if len(cup) < 2 or len(ball) < 2:
         return None
     along = direction(ball)
@@ -104,7 +104,8 @@ def pair(
     return cup_track.moved(-x0, -z0), ball_track.moved(-x0, -z0)
 
 
-def _within(frame: pd.DataFrame, start_s: float, end_s: float) -> pd.DataFrame:
+def within(frame: pd.DataFrame, start_s: float, end_s: float) -> pd.DataFrame:
+    """Return the rows of ``frame`` after ``start_s``, up to ``end_s``."""
     return frame[(frame["t_s"] > start_s) & (frame["t_s"] <= end_s)] if len(frame) else frame
 
 

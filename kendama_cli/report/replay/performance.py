@@ -13,7 +13,7 @@ from kendama_cli.motion.rotation import between
 from kendama_cli.motion.sampling import columns_at
 from kendama_cli.physics.rim_crossing import near_descent, over_rim
 from kendama_cli.report.replay.camera_images import CameraImages
-from kendama_cli.report.tracks import cup_of
+from kendama_cli.report.tracks import cup_of, within
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform, FrameTransforms, SceneUpdate, Solid
 
@@ -101,7 +101,7 @@ def performance(
 
     ``scene`` is the topic that says what everything looks like.
     """
-    paths = {name: _within(log.table(f"{under}/{name}", FrameTransform), start_s, end_s) for name in ("cup", "ball")}
+    paths = {name: within(log.table(f"{under}/{name}", FrameTransform), start_s, end_s) for name in ("cup", "ball")}
     if any(len(path) < 2 for path in paths.values()):
         return None
     poses = {name: (path["t_s"].to_numpy(np.float64), poses_of(path)) for name, path in paths.items()}
@@ -147,10 +147,6 @@ def came_down_s(bodies: Frames, rim_m: float) -> float | None:
     t_s = bodies.start_s + np.arange(len(cup)) / bodies.rate_hz
     found = near_descent(t_s, cup[:, :3], over_rim((ball[:, :3] - cup[:, :3]).T, axis, rim_m))
     return None if found is None else float(t_s[found])
-
-
-def _within(frame: pd.DataFrame, start_s: float, end_s: float) -> pd.DataFrame:
-    return frame[(frame["t_s"] > start_s) & (frame["t_s"] <= end_s)] if len(frame) else frame
 
 
 def poses_of(frame: pd.DataFrame) -> Array:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from kendama_cli.log.episode import Episode, Episodes
@@ -33,8 +31,8 @@ def episodes(log: StageLog, fps: int) -> Episodes | None:
         frames_s = start_s + np.arange(int((end_s - start_s) * fps + 1e-6) + 1) / fps
         first, last = np.searchsorted(exchanges.t_s, [start_s, end_s + 1e-9])
         played = TypedMessages(exchanges.t_s[first:last], exchanges.messages[first:last])
-        measured = [_at(frames_s, played, of) for of in (_measured_rad, _measured_rad_s)]
-        vectors = {"observation.state": np.hstack(measured), "action": _at(frames_s + 1 / fps, played, _sent_rad)}
+        measured = [_at(frames_s, played, field) for field in ("measured_rad", "measured_rad_s")]
+        vectors = {"observation.state": np.hstack(measured), "action": _at(frames_s + 1 / fps, played, "sent_rad")}
         if np.isfinite(scene_m).all():  # an arm that does not see the ball itself does not tell where it is
             vectors["observation.environment_state"] = columns_at(frames_s, scene_s, scene_m)
         found.append(Episode(vectors, success=game.caught))
@@ -54,17 +52,5 @@ def _scene(log: StageLog) -> tuple[Array, Array]:
     )
 
 
-def _measured_rad(one: JointExchangeMessage) -> object:
-    return one.measured_rad
-
-
-def _measured_rad_s(one: JointExchangeMessage) -> object:
-    return one.measured_rad_s
-
-
-def _sent_rad(one: JointExchangeMessage) -> object:
-    return one.sent_rad
-
-
-def _at(t_s: Array, played: TypedMessages[JointExchangeMessage], of: Callable[[JointExchangeMessage], object]) -> Array:
-    return columns_at(t_s, played.t_s, np.array([of(one) for one in played.messages], dtype=np.float64))
+def _at(t_s: Array, played: TypedMessages[JointExchangeMessage], field: str) -> Array:
+    return columns_at(t_s, played.t_s, np.array([getattr(one, field) for one in played.messages], dtype=np.float64))

@@ -190,7 +190,8 @@ class CommandedRobot:
             self.robot.close()
             self.robot = self._open_robot()
         self.session.is_first = self.moving = self.braking = False
-        self._answer(Kind.WELCOME, opening.counter, _welcome(self.robot, self._realtime, self._watchdog_s))
+        limits = (self.robot.limits, self.robot.period_s, self._realtime, self._watchdog_s)
+        self._answer(Kind.WELCOME, opening.counter, protocol.pack_welcome(Welcome(self.robot.joint_names, *limits)))
 
     def _obey(self, datagram: Datagram) -> JointCommand | None:
         session, n = self.session, len(self.robot.joint_names)
@@ -259,7 +260,3 @@ class CommandedRobot:
             self._line.send(data, receiver)
         except OSError as error:
             self.stop(f"the line cannot be written to: {error}")
-
-
-def _welcome(robot: Robot, realtime: bool, watchdog_s: float) -> bytes:
-    return protocol.pack_welcome(Welcome(robot.joint_names, robot.limits, robot.period_s, realtime, watchdog_s))
