@@ -8,12 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.robot_model.arm_scene import ArmScene, cup_solid, read_stl, thinned
+from kendama_cli.robot_model.chain import compiled_chain
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.foxglove import SceneUpdate, Solid
 from kendama_cli.schema.messages import codec
+from kendama_cli.schema.settings import build
+from kendama_cli.settings.game import CupSettings
+from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
 GAME = kendama_game()
@@ -63,6 +68,62 @@ def test_the_cup_is_a_closed_surface_as_wide_and_high_as_the_cup() -> None:
     corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
     edges = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
     assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+
+
+@pytest.mark.parametrize("name", ["floor", "handle"])
+def test_the_cup_s_solid_holds_the_volume_of_its_wall_floor_and_handle(name: str) -> None:
+    """By the divergence theorem, with the area of a polygon of 40 corners."""
+    cup = build(CupSettings, plain("game/cup", name), "cup")
+    solid = cup_solid(cup)
+    corners = np.array(solid.vertices_m)[np.array(solid.triangles)]
+    area = 20 * np.sin(np.pi / 20)
+    volume = area * cup.outer_radius_m**2 * (cup.rim_m - cup.floor_m)
+    volume -= area * cup.radius_m**2 * (cup.rim_m - cup.floor_m - cup.wall_m)
+    volume += area * getattr(cup.tie, "radius_m", 0.0) ** 2 * cup.floor_m
+    assert np.linalg.det(corners).sum() / 6 == pytest.approx(volume)
+
+
+def test_capsules_end_on_their_spheres_hubs_lie_along_the_axes_and_the_pedestal_stands_on_the_floor(
+    arm: RobotModel,
+) -> None:
+    scene = ArmScene(arm)
+    frames = scene.frames(arm.home_rad)
+    rows = zip(frames.children, frames.positions_m, frames.rotations_wxyz, strict=True)
+    pose = {name: (at, matrix_of(rotation)) for name, at, rotation in rows}
+    chain, found = compiled_chain(arm), {}
+    body = arm.new_body()
+    body.skeleton.setPositions(arm.home_rad)
+    for one in scene.shapes(GAME).solids:
+        if one.kind in ("cylinder", "sphere") and one.frame in pose:
+            at, turn = pose[one.frame]
+            center, axis = at + turn @ one.position_m, turn @ matrix_of(np.array(one.rotation_wxyz))[:, 2]
+            found.setdefault((one.name, one.kind), []).append((center, axis, *one.size_m[1:], one.frame))
+    spheres = {name: np.array([one[0] for one in found[name, "sphere"]]) for name in ("link", "base", "handle")}
+    widths = {frame: width for _, _, width, _, frame in found["link", "sphere"]}
+    for name, places in spheres.items():
+        for center, axis, width, length, frame in found[name, "cylinder"]:
+            for end in (center - axis * length / 2, center + axis * length / 2):
+                assert np.linalg.norm(places - end, axis=1).min() < 1e-9
+            assert width == pytest.approx({"handle": 0.03}.get(name, widths.get(frame, width)))
+    assert list(widths.values()) == pytest.approx(2 * arm.link_radius_m)
+    assert 1.0 < found["base", "sphere"][0][2] / (2 * arm.link_radius_m[0]) < 1.5
+    hubs = found["joint", "cylinder"]
+    for hub, origin, joint, radius in zip(
+        hubs, arm.joint_positions_m(arm.home_rad), body.joints, arm.link_radius_m, strict=False
+    ):
+        frame = joint.getChildBodyNode().getWorldTransform().multiply(joint.getTransformFromChildBodyNode())
+        assert hub[0] == pytest.approx(origin, abs=1e-9)
+        assert abs(hub[1] @ frame.rotation() @ joint.getAxis()) == pytest.approx(1.0)
+        assert 0.7 * radius < hub[2] / 2 < radius < hub[3] / 2 < 1.5 * radius
+    assert len(hubs) == len(chain.axes)
+    (stand, flange), root = found["pedestal", "cylinder"], arm.settings.base_position_m
+    assert stand[0] == pytest.approx([*root[:2], root[2] / 2])
+    assert (stand[3], flange[3]) == pytest.approx((root[2], 0.02))
+    assert flange[0] == pytest.approx([*root[:2], 0.01])
+    assert arm.link_radius_m.max() < stand[2] / 2 < flange[2] / 2 < 2.5 * arm.link_radius_m.max()
+    low = dataclasses.replace(arm.settings, base_position_m=(0.0, 0.0, 0.01))
+    names = [one.name for one in ArmScene(RobotModel(low, GAME.cup, 9.81)).shapes(GAME).solids]
+    assert "pedestal" not in names
 
 
 def test_the_scene_comes_back_from_its_protobuf(arm: RobotModel) -> None:
@@ -124,6 +185,27 @@ def test_a_description_with_shapes_is_drawn_by_them(tmp_path: Path) -> None:
     (link,) = _links(tmp_path, BOX)
     assert link.kind == "box"
     assert tuple(link.size_m) == (0.1, 0.2, 0.3)
+
+
+def test_shapes_have_the_sizes_and_poses_of_the_description(tmp_path: Path) -> None:
+    corners = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]], dtype=float)
+    (tmp_path / "one.stl").write_bytes(_stl(corners))
+    kinds = {
+        "cylinder": '<cylinder radius="0.2" length="0.5"/>',
+        "sphere": '<sphere radius="0.3"/>',
+        "mesh": '<mesh filename="one.stl" scale="2 3 4"/>',
+    }
+    origin = '<collision><origin xyz="0.1 -0.2 0.3" rpy="0.3 -0.4 0.5"/><geometry>'
+    shapes = [f"{origin}{kind}</geometry></collision>" for kind in kinds.values()]
+    rod, ball, mesh = _links(tmp_path, *shapes)
+    assert [one.kind for one in (rod, ball, mesh)] == list(kinds)
+    assert (tuple(rod.size_m), tuple(ball.size_m)) == ((0.4, 0.4, 0.5), (0.6, 0.6, 0.6))
+    vertices = np.array(mesh.vertices_m)[np.array(mesh.triangles)[0]]
+    assert vertices == pytest.approx(corners[0] * [2, 3, 4])
+    for one in (rod, ball, mesh):
+        assert one.position_m == pytest.approx([0.1, -0.2, 0.3])
+        turn = Rotation.from_euler("xyz", [0.3, -0.4, 0.5]).as_matrix()
+        assert matrix_of(np.array(one.rotation_wxyz)) == pytest.approx(turn)
 
 
 @pytest.mark.parametrize(

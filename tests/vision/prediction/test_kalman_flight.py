@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from kendama_cli.vision.cameras.triangulation import RayConstraints
+from kendama_cli.vision.cameras.triangulation import RayConstraints, ray_constraints
+from kendama_cli.vision.prediction.ballistic import BallisticFit
 from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.prediction.free_flight import FreeFlight
 from kendama_cli.vision.prediction.kalman_flight import KalmanFlightFit
@@ -162,3 +163,18 @@ def test_stamps_that_go_back_change_nothing_of_an_undisturbed_flight():
     spreads = [fit.ball_state(0.3).covariance_m2 for fit in (swapped, sorted_fit)]
     assert spreads[0] == pytest.approx(spreads[1], rel=1e-4)
     assert swapped.reference_s == 0.19
+
+
+def test_undisturbed_it_is_the_plain_fit_of_pixels_at_any_depth_with_their_noise_scaled():
+    flight, cameras = FreeFlight(np.array([0.0, 0.0, -9.81]), 0.04, 0.1), stereo()
+    plain, fit = BallisticFit(flight), KalmanFlightFit(flight, ColouredMotion("coloured", 2.0, 1e-9, 0.1, 0.0))
+    for k, t in enumerate(np.arange(40) / 240):
+        pixel = cameras[k % 2].project(flight.position_m(START, VELOCITY, t))[0]
+        for one in (plain, fit):
+            one.add(t, ray_constraints(cameras[k % 2], pixel, 0.04 * np.eye(2)))
+    expected, found = plain.ball_state(0.3), fit.ball_state(0.3)
+    assert found.position_m == pytest.approx(expected.position_m, abs=1e-5)
+    assert found.velocity_m_s == pytest.approx(expected.velocity_m_s, abs=1e-4)
+    sigma = np.sqrt(expected.covariance_m2.diagonal())
+    scale = np.outer(sigma, sigma)
+    assert found.covariance_m2 / scale / 4 == pytest.approx(expected.covariance_m2 / scale, abs=0.05)
