@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from kendama_cli.adaptation.catch_family import bumped_plan, bumps, shifted_plan
+from kendama_cli.adaptation.catch_family import (
+    PHASE,
+    CatchFamily,
+    attempt_of,
+    bumped_plan,
+    bumps,
+    shifted_plan,
+    weight_changes,
+)
+from kendama_cli.adaptation.search_record import Attempt, MotionVariation
 from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.motion.dmp.primitive import play
@@ -68,6 +79,21 @@ def test_a_coordinate_that_the_motion_has_not_is_not_bent(plan: MotionPlan) -> N
     assert bumped_plan(only_x, HEIGHTS_M).weights[0] == pytest.approx(bumped_plan(plan, HEIGHTS_M).weights[0])
 
 
+def test_weights_that_displace_a_path_are_the_least_squares_of_what_each_moves(plan: MotionPlan) -> None:
+    """By numpy's, from 21 played motions: one with a moved goal and one for each weight."""
+    plan = dataclasses.replace(plan, tau_scale=1.2)
+    desired, goal = np.vstack((np.sin(4 * PHASE), PHASE**2)), np.array([0.7, 1.3])
+    t_s = PHASE * 1.2 * plan.duration_s
+    unit = np.eye(len(plan.centers))[:, None] * [[1.0], [0.0], [0.0]]
+    before = play(plan, t_s).position_m
+    columns = [play(dataclasses.replace(plan, weights=plan.weights + one), t_s).position_m - before for one in unit]
+    by_goal = play(dataclasses.replace(plan, goal_m=plan.goal_m + 1.0), t_s).position_m[:, 0] - before[:, 0]
+    moves = np.array(columns)[:, :, 0].T
+    found = np.linalg.lstsq(moves, desired.T - np.outer(by_goal, goal))[0]
+    made = weight_changes(plan, desired, goal)
+    assert made @ moves.T == pytest.approx((moves @ found).T, abs=1e-5)
+
+
 FLIGHT = (0.55, 0.75)
 SHIFT_M = (0.1, -0.04)
 
@@ -94,3 +120,32 @@ def test_no_shift_changes_nothing(plan: MotionPlan) -> None:
     same = shifted_plan(plan, (0.0, 0.0), FLIGHT)
     assert np.array_equal(same.weights, plan.weights)
     assert np.array_equal(same.goal_m, plan.goal_m)
+
+
+@pytest.mark.parametrize(("forward_m", "forward"), [(0.3, 1.0), (-0.3, -1.0), (None, 1.0), (0.0, 1.0)])
+def test_an_attempt_tells_its_flight_in_fractions_of_the_primitive(forward_m: float | None, forward: float) -> None:
+    """At tau 1.25 the rope slackens 2 s after the start: 1.6 s of the plan, after 0.2 s of lead-in 0.7 of its 2 s."""
+    swing: Any = SimpleNamespace(lead_in_s=0.2, plan=SimpleNamespace(duration_s=2.0))
+    result: Any = SimpleNamespace(
+        flight_s=(2.0, 2.5), caught=True, signed_miss_m=0.01, side_miss_m=-0.02, apex_m=0.3, swing_slack_s=0.04,
+        forward_m=forward_m,
+    )  # fmt: skip
+    made = attempt_of(MotionVariation(1.25), swing, result, 0.05)
+    assert made.flight == pytest.approx((0.7, 0.9))
+    assert dataclasses.replace(made, flight=None) == Attempt(
+        MotionVariation(1.25), True, 0.01, -0.02, 0.3, None, swing_slack_s=0.04, correction_m=0.05, forward=forward
+    )
+    result.flight_s = None
+    assert attempt_of(MotionVariation(1.25), swing, result).flight is None
+
+
+def test_a_motion_is_as_much_slower_as_the_arm_asks_for_and_the_range_allows(monkeypatch: pytest.MonkeyPatch) -> None:
+    family = CatchFamily(cast("Any", None), cast("Any", None), 3.0)
+    swing = SimpleNamespace(min_tau_scale=lambda: 1.1, limiting_joint=lambda: "joint 's3'")
+    monkeypatch.setattr(CatchFamily, "swing", lambda self, variation: swing)
+    taus = [(tau, family.within_limits(MotionVariation(tau), (0.8, 1.2)).tau_scale) for tau in (1.0, 1.15, 1.3)]
+    assert taus == [(1.0, 1.1), (1.15, 1.15), (1.3, 1.2)]
+    assert family.within_limits(MotionVariation(1.0), (1.12, 1.2)).tau_scale == 1.12
+    assert family.limit(MotionVariation(1.1)) is None
+    assert family.limit(MotionVariation(1.09)) == "joint 's3'"
+    assert family.lowest_tau(0.9) == 1.1
