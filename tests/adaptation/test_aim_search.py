@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import json
 import math
@@ -11,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from kendama_cli.adaptation.aim import MAX_POOR, predicted
+from kendama_cli.adaptation.aim import MAX_POOR, Aim, predicted
 from kendama_cli.adaptation.aim_search import IN_A_ROW, AimedMotions, AimSearch
 from kendama_cli.adaptation.search_record import Attempt, MotionVariation, PerturbedSimulations, Search
 from kendama_cli.adaptation.settings import AdaptSettings
@@ -66,6 +67,26 @@ def test_cma_es_catches_where_no_aim_does(searched: tuple[Attempt, ...]) -> None
     assert len(searched) < POLICY.max_rollouts
     assert [one.caught for one in searched[-IN_A_ROW:]] == [True] * IN_A_ROW
     assert len({one.variation for one in searched}) == len(searched) - IN_A_ROW + 1, "the catch alone comes again"
+
+
+def test_motions_have_the_models_gains_and_shifts_that_the_arm_can_do(motions: AimedMotions) -> None:
+    """A shift is halved until it is allowed, five times at most, and else left out; all heights are in the plan's."""
+    assert motions.path.gain == pytest.approx((-0.9, -0.9))
+    assert motions.path.first_m == pytest.approx(-0.1)
+    narrow = copy.copy(motions)
+    forbids = lambda one: None if abs(one.shift_m[0]) < 0.05 else "a joint"  # noqa: E731
+    narrow._family = cast("Any", SimpleNamespace(**vars(FAMILY) | {"limit": forbids}))
+    for asked, allowed in ((0.04, 0.04), (0.3, 0.0375), (0.7, 0.04375), (0.9, 0.0)):
+        aim, variation = narrow.playable(Aim(0.06, (asked, asked / 2), (0.0,) * (len(motions.path.parameters[0]))))
+        assert (aim.along_m, aim.shift_m) == (0.06, (allowed, allowed / 2))
+        assert variation.shift_m == aim.shift_m
+        assert variation.flight == ((0.7, 0.9) if allowed else (0.0, 1.0))
+        assert modelled(dataclasses.replace(variation, shift_m=(0.0, 0.0))).signed_miss_m == pytest.approx(
+            0.06, abs=1e-3
+        )
+    bent, before = (motions.playable(Aim(0.06, bent=one))[1] for one in ((0.5, *np.eye(8)[3]), ()))
+    assert math.log(bent.tau_scale / before.tau_scale) == pytest.approx(0.5 * POLICY.spread_tau)
+    assert np.subtract(bent.bumps_m, before.bumps_m) == pytest.approx(POLICY.spread_m * np.eye(8)[3])
 
 
 def about(motions: AimedMotions) -> ImitationAims:

@@ -55,6 +55,11 @@ def test_bumps_are_smooth_of_height_one_and_nothing_at_the_ends() -> None:
     assert shape.max(axis=1) == pytest.approx(1.0, abs=0.01)
     assert shape[:, [0, -1]] == pytest.approx(0.0)
     assert np.abs(np.diff(shape, 2, axis=1)).max() < 1e-3
+    # as wide as they are apart, and half as high half-way through an end
+    assert np.interp([0.4, 0.6, 0.8], PHASE, shape[1]) == pytest.approx(np.exp([0.0, -0.5, -2.0]), abs=1e-4)
+    assert np.interp([0.075, 0.925], PHASE, shape[0]) == pytest.approx(
+        0.5 * np.exp([-0.5 * 0.625**2, -0.5 * 3.625**2]), abs=1e-4
+    )
 
 
 def test_twice_the_heights_bend_twice_as_far_and_none_not_at_all(plan: MotionPlan) -> None:

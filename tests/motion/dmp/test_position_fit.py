@@ -9,8 +9,9 @@ from kendama_cli.artifacts.demonstration import Demonstration
 from kendama_cli.motion.dmp import position_fit
 from kendama_cli.motion.dmp.averaging import Encoding, encode, encode_demonstrations, prepare
 from kendama_cli.motion.dmp.basis import Basis
-from kendama_cli.motion.dmp.position_fit import Ends, even_operator, operator, project, solve_positions
+from kendama_cli.motion.dmp.position_fit import PRICES, Ends, even_operator, operator, project, solve_positions
 from kendama_cli.motion.dmp.primitive import play
+from kendama_cli.motion.dmp.response_columns import read_rows, response_columns
 from tests.motion.swings import demonstration, path, settings, smooth_step
 
 
@@ -42,7 +43,10 @@ def error_mm(place: np.ndarray, clean: np.ndarray | None = None, **changes: obje
     plan = made.plan(0)
     reproduced = play(plan, made.trimmed[0].share * plan.duration_s).position_m + made.parameters.origin_m[0] + place[0]
     distance = 1e3 * np.linalg.norm(reproduced - (place if clean is None else clean), axis=1)
-    return float(np.sqrt(np.mean(distance**2))), float(distance.max())
+    found = float(np.sqrt(np.mean(distance**2))), float(distance.max())
+    own = made.deviation(plan, 0)
+    assert clean is not None or (1e3 * own.rms_m, 1e3 * own.max_m, own.samples) == pytest.approx((*found, len(place)))
+    return found
 
 
 def test_swings_of_20_functions_are_reproduced_to_a_quarter_of_a_millimetre() -> None:
@@ -191,6 +195,39 @@ def test_common_functions_solve_what_the_columns_do(width: float) -> None:
         # metres; what the nodes' interpolation leaves of a swing of 0.25 m, largest where nothing is smoothed
         assert np.abs(ours[[0, 2]] - theirs[[0, 2]]).max() < 1e-9
         assert np.abs(made.shrink[0, price].sum() - shrink[price].sum()) < 1e-7
+
+
+@pytest.mark.parametrize(("samples", "functions"), [(60, 8), (30, 8), (25, 14)])
+@pytest.mark.parametrize("ends", [Ends(False, True), Ends(True, False)])
+def test_every_price_of_jerk_has_the_fit_the_freedom_and_the_score_of_ridge_regression(
+    samples: int, functions: int, ends: Ends
+) -> None:
+    """By numpy, with the miss of the goal as two more samples: n RSS / (n - trace of the hat matrix)^2."""
+    basis, rng = Basis(functions, 225.0, 1.0, 1.0), np.random.default_rng(10024)
+    share = np.sort(np.append(rng.uniform(0, 1, samples - 2), [0.0, 1.0]))
+    swings = path(2.0 * share)[:, :2].T * rng.uniform(0.5, 1.5, (3, 2, 1)) + rng.normal(0, 2e-3, (3, 2, samples))
+    made, columns, n = operator(share, (basis,), ends), response_columns([basis]), samples
+    free = [*ends.columns, *range(4, 4 + functions)]
+    seen = read_rows(columns.rows, share)[0][:, free]
+    jerk, miss = columns.jerk[0][:, free], 10.0 * np.sqrt(n) * columns.miss[0][:, free]
+    found, scores, fits = project(made, swings), [], []
+    for k, price in enumerate(PRICES):
+        rows = np.vstack((seen, miss, np.sqrt(price * n) * jerk))
+        inverse = np.linalg.pinv(rows)[:, : n + len(miss)]
+        fitted = swings @ inverse[:, :n].T
+        freedom = n - float(np.trace(rows[: n + len(miss)] @ inverse))
+        enough = freedom > 0.2 * n
+        assert made.freedom[0, k] == (pytest.approx(freedom, rel=1e-4) if enough else max(1e-6, made.freedom[0, k]))
+        rss = ((swings - fitted @ seen.T) ** 2).sum(axis=(1, 2)) + ((fitted @ miss.T) ** 2).sum(axis=(1, 2))
+        scores.append(n * rss / freedom**2 if enough else np.full(3, np.inf))
+        fits.append(fitted)
+        if enough:
+            assert found.score[0, k] == pytest.approx(scores[-1], rel=1e-3)
+    best = np.argmin(scores, axis=0)
+    solved = solve_positions(made, swings)
+    for one, k in enumerate(best):
+        assert solved[one][:, free] @ seen.T == pytest.approx(fits[k][one] @ seen.T, abs=1e-6)
+        assert not np.delete(solved[one], free, axis=1).any()
 
 
 def test_samples_too_few_for_normal_equations_are_factorised_by_columns() -> None:
