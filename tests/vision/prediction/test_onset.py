@@ -8,7 +8,7 @@ import pytest
 from kendama_cli.vision.cameras.triangulation import ray_constraints, triangulate
 from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.prediction.free_flight import FreeFlight
-from kendama_cli.vision.prediction.onset import FreeFlightOnset
+from kendama_cli.vision.prediction.onset import FreeFlightOnset, _twice_integrated
 from kendama_cli.vision.prediction.release import draw_release
 from tests.vision.scenes import game, predict, stereo
 
@@ -149,3 +149,69 @@ def test_reset_forgets():
     onset.reset()
     again = [onset.update(t, release.ball_m(t), covariance, release.tie_m(t)) for t in flying]
     assert next(i for i, one in enumerate(again) if one is not None) == first
+
+
+def test_an_acceleration_that_is_linear_between_its_samples_is_integrated_twice_exactly():
+    t = np.array([1.0, 1.01, 1.05, 1.06, 1.2])
+    ends = np.random.default_rng(36).normal(size=(2, 3))  # linear throughout: a + b t has a t^2 / 2 + b t^3 / 6
+    s = (t - 1.0)[:, None]
+    found = _twice_integrated(ends[0] + ends[1] * s, t)
+    assert found == pytest.approx(ends[0] * s**2 / 2 + ends[1] * s**3 / 6, abs=1e-15)
+
+
+@pytest.mark.parametrize("edge_m", [0.0, 0.05])
+def test_the_tension_is_least_squares_over_every_window_and_its_likelihood_decides(edge_m):
+    """z'' = g - k z' + a h in each window of the last n frames by lstsq; the tie is above the ball, then below."""
+    settings, rng = dataclasses.replace(predict().onset, max_frames=14), np.random.default_rng(37)
+    onset, t = FreeFlightOnset(settings, FLIGHT, edge_m), np.cumsum(rng.uniform(0.005, 0.012, 16))
+    points = rng.normal(0, 0.01, (16, 3)) + np.linspace([0.1, 0.0, -0.3], [0.4, 0.1, 0.3], 16)
+    ties = rng.normal(0, 0.02, (16, 3))
+    sigma = np.array([[1.0, 0.0, 0.0], [0.4, 2.0, 0.0], [0.2, -0.3, 1.5]])
+    covariance = 1e-6 * sigma @ sigma.T
+    for row in zip(t, points, ties, strict=True):
+        onset.update(row[0], row[1], covariance, row[2])
+    tension, variance = onset._tensions()
+    t, points, ties = t[-14:], points[-14:], ties[-14:]
+    toward = ties - points
+    below = points[:, 2] > ties[:, 2]  # over the tie the rope leaves the cup at its edge
+    flat = toward[:, :2] / np.linalg.norm(toward[:, :2], axis=1)[:, None]
+    toward[:, :2] -= edge_m * below[:, None] * flat
+    toward /= np.linalg.norm(toward, axis=1)[:, None]
+    s = t - t[-1]
+    pulled = _twice_integrated(toward, t)
+    whiten = np.linalg.inv(1e-3 * sigma)
+    for k, n in enumerate(range(settings.min_frames, 15)):
+        rows = []
+        for i in range(14 - n, 14):
+            gain = FLIGHT.velocity_gain_s(s[i])
+            rows.append(whiten @ np.column_stack([np.eye(3), gain * np.eye(3), pulled[i]]))
+        right = (points - FLIGHT.gravity_gain_s2(s)[:, None] * FLIGHT.gravity_m_s2)[14 - n :] @ whiten.T
+        design = np.vstack(rows)
+        expected = np.linalg.lstsq(design, right.ravel(), rcond=None)[0][6]
+        spread = np.linalg.pinv(design.T @ design, rcond=1e-16, hermitian=True)[6, 6]
+        assert variance[k] == pytest.approx(spread, rel=1e-3)
+        assert tension[k] == pytest.approx(expected, abs=0.02 * np.sqrt(spread))
+
+
+def test_free_flight_is_declared_by_the_likeliest_window_beyond_the_threshold():
+    """(a_min / 2 - a) a_min / sigma^2 against the threshold; since: the window that is best for a third of a_min."""
+    rng = np.random.default_rng(38)
+    for _ in range(12):
+        release = draw_release(rng, predict().release, game(), 0.2)
+        settings = predict().onset
+        onset, least = FreeFlightOnset(settings, FLIGHT), settings.min_tension_m_s2
+        for t in np.arange(-0.1, release.crossing_s, 1 / RATE_HZ):
+            seen = release.ball_m(t) + SIGMA_M * rng.standard_normal(3)
+            found = onset.update(t, seen, np.diag(SIGMA_M**2), release.tie_m(t))
+            if len(onset._times) < settings.min_frames:
+                assert found is None
+                continue
+            tension, variance = onset._tensions()
+            assert (found is not None) == (((least / 2 - tension) * least / variance).max() > settings.threshold)
+            if found is not None:
+                gentle = int(np.argmax((least / 6 - tension) * least / 3 / variance)) + settings.min_frames
+                first = len(onset._times) - gentle
+                last = len(onset._times) - settings.min_frames
+                assert found.since_s == onset._times[max(min(first + settings.skipped_frames, last), first)]
+                assert found.declared_s == t
+                break
