@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -90,3 +92,44 @@ def test_a_cup_that_gives_is_on_its_plan_at_the_contact_moves_down_and_brakes() 
     assert lift_m[contact] == pytest.approx(0.0, abs=0.008)
     braking_m_s2 = ADAPT.correction.contact_braking_m_s2
     assert lift_m[-1] == pytest.approx(-(speed_m_s**2) / (2 * braking_m_s2), abs=0.002)
+
+
+def looking() -> tuple[VisualCatch, list[tuple[float, float, np.ndarray, np.ndarray]]]:
+    """A visual catch, and for each position that its tracker is given: now, its time, the ball and the tie point."""
+    made = swing()
+    eyes = VisualCatch(
+        made.arm, kendama_game(), made.joints, made.cup, sensor=ADAPT.sensor_model, correction=ADAPT.correction,
+        rng=np.random.default_rng(10025),
+    )  # fmt: skip
+    told: list[Any] = []
+    tracker: Any = SimpleNamespace(found=None, waits=False, reset=told.clear, now_s=0.0)
+    tracker.update = lambda *row: told.append((tracker.now_s, *row))
+    eyes._tracker = tracker
+    return eyes, told
+
+
+def test_images_come_at_the_sensors_rate_and_late_with_the_tie_point_of_their_own_time() -> None:
+    """The ball rises round a tie point that the arm moves; nothing is told while it is below the sensor's angle."""
+    eyes, told = looking()
+    sensor, joints, h = ADAPT.sensor_model, swing().cup.motion, 0.004
+    at_rad = np.radians(sensor.observe_from_deg) + 2.0 * (h * np.arange(120) - 0.2)
+    ties = np.array([swing().arm.tool_position_m(joints.position_rad[300 + k]) for k in range(120)])
+    balls = ties + 0.4 * np.column_stack([np.sin(at_rad), 0 * at_rad, -np.cos(at_rad)])
+    for k in range(120):
+        cast("Any", eyes._tracker).now_s = h * k
+        eyes.coming(h * k, joints.position_rad[300 + k], balls[k])
+    frames = np.unique(np.ceil(np.arange(0.0, 120 * h, 1 / sensor.rate_hz) / h - 1e-6).astype(int))
+    frames = frames[(frames >= 50) & (h * frames + sensor.latency_s <= 119 * h + 1e-9)]
+    assert [stamp for _, stamp, _, _ in told] == pytest.approx(h * frames)
+    assert [now for now, *_ in told] == pytest.approx(h * np.ceil((h * frames + sensor.latency_s) / h - 1e-6))
+    assert np.array([tie for *_, tie in told]) == pytest.approx(ties[frames])
+    noise = (np.array([ball for _, _, ball, _ in told]) - balls[frames]) / sensor.sigma_m
+    assert np.abs(noise).max() < 4.5
+    assert noise.std() == pytest.approx(1.0, rel=0.25)
+
+
+def test_between_two_readings_the_tie_point_is_on_the_straight_line() -> None:
+    eyes, _ = looking()
+    eyes._ties.extend((float(k), np.array([k * k, 0.0, 1.0])) for k in range(4))
+    x = [float(eyes._tie_at(at)[0]) for at in (-1.0, 0.25, 1.0, 1.5, 2.5, 9.0)]
+    assert x[1:] == pytest.approx([0.25, 1.0, 2.5, 6.5, 9.0])
