@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import time
 from collections.abc import Iterator
 from typing import Any, cast
 
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.artifacts.policy import PolicyArtifact
-from kendama_cli.control.camera_observer import CameraObserver
+from kendama_cli.control.camera_observer import CameraClock, CameraObserver
 from kendama_cli.control.catch_game import Game
 from kendama_cli.control.game_runner import GameRunner
 from kendama_cli.control.open_observer import check_cameras
@@ -329,3 +330,24 @@ def test_a_frame_waits_two_periods_of_the_cameras_rate_for_the_others() -> None:
         alone = ObservedImage(observer.loop.cameras[0].model.name, frame, None, 1.0, 1.0, 0.0)
         assert observer.loop.feed([alone], 1.0 + 1.9 / 120, lambda _: MIDDLE_M) == []
         assert [step.t_s for step in observer.loop.feed([], 1.0 + 2.1 / 120, lambda _: MIDDLE_M)] == [1.0]
+
+
+def test_the_joint_angles_of_an_image_are_on_straight_lines_and_go_on_beyond_the_newest() -> None:
+    observer = CameraObserver.__new__(CameraObserver)
+    observer._joints = [(t_s, np.array([angle, -angle])) for t_s, angle in ((1.0, 0.0), (1.1, 1.0), (1.3, 5.0))]
+    for t_s, angle in ((0.5, 0.0), (1.05, 0.5), (1.2, 3.0), (1.35, 6.0)):
+        assert observer.position_rad(t_s) == pytest.approx([angle, -angle])
+    observer._joints = observer._joints[:1]
+    assert observer.position_rad(9.0) == pytest.approx([0.0, 0.0])
+
+
+@pytest.mark.parametrize(("live", "told_s", "now_s"), [(False, 4.97, 5.0), (True, 5.25, 5.25)])
+def test_the_cameras_clock_is_set_by_the_robot_and_runs_on_where_they_are_live(
+    monkeypatch: pytest.MonkeyPatch, live: bool, told_s: float, now_s: float
+) -> None:
+    wall = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: wall[0])
+    clock = CameraClock(0.03, live=live)
+    clock.set(5.0)
+    wall[0] = 100.25
+    assert (clock(), clock.now_s) == pytest.approx((told_s, now_s))
