@@ -55,6 +55,22 @@ def test_an_acceleration_that_is_too_small_is_named_with_what_it_gives() -> None
     )
 
 
+def test_an_arm_that_is_too_slow_is_named_by_its_joint() -> None:
+    """The joint accelerations of least weighted squares that move the cup along x, by a pseudo-inverse."""
+    cup = swing().cup
+    arm, posture = cup.arm, cup.motion.position_rad[700]
+    slow = dataclasses.replace(arm.limits, acceleration_rad_s2=0.1 * arm.limits.acceleration_rad_s2)
+    spread = np.diag(1 / np.sqrt(arm.redundancy_weights))
+    needed = np.abs(spread @ np.linalg.pinv(arm.cup_task(posture)[1] @ spread)[:, 0])
+    given = slow.acceleration_rad_s2 / needed
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(arm, "limits", slow)
+        lacks = lacking_reach(cup, FLIGHT_S, wanting(0.1, acceleration_m_s2=1e3))
+    reach_mm = 500 * given.min() * 0.21**2
+    told = f"moves the cup {reach_mm:.0f} mm .* {given.min():.1f} m/s.2 .joint '{arm.joint_names[given.argmin()]}'. in"
+    assert re.search(told, str(lacks))
+
+
 def test_a_position_out_of_reach_is_named() -> None:
     settings = wanting(3.0, acceleration_m_s2=1e4, max_shift_m=4.0)
     arm = swing().cup.arm
