@@ -95,6 +95,19 @@ def test_a_ball_that_hangs_is_not_in_the_cup_and_another_rope_hangs_lower(arm: A
     assert hanging[1] == pytest.approx(hanging[0] - 0.05 * GAME.rope.length_m, abs=1e-6)
 
 
+def test_a_state_is_read_as_it_was_put_with_the_ball_on_its_stretched_rope_in_the_plane(arm: ArmSwing) -> None:
+    state = SwingState(0.1, -0.4, 0.7, 2.0)
+    arm.start(state)
+    length = GAME.rope.length_m + GAME.ball.mass_kg * GAME.gravity_m_s2 / GAME.rope.stiffness_n_m
+    out, up = math.sin(0.7), -math.cos(0.7)
+    assert (arm.x_m, arm.velocity_m_s, *arm.reference) == pytest.approx((0.1, -0.4, 0.1, -0.4), abs=1e-6)
+    assert (arm.across_m, arm.above_m) == pytest.approx((length * out, length * up), abs=1e-6)
+    assert (arm.across_m_s, arm.above_m_s) == pytest.approx((-2.0 * length * up, 2.0 * length * out), abs=1e-5)
+    ball = arm._world.ball
+    assert ball.position_m[1] == pytest.approx(ball.tie_m[1], abs=1e-9)
+    assert ball.velocity_m_s == pytest.approx([arm.across_m_s + arm.velocity_m_s, 0.0, arm.above_m_s], abs=1e-6)
+
+
 def test_a_time_step_that_is_none_of_the_world_s_is_refused() -> None:
     settings = dataclasses.replace(dart_settings(), step_s=0.0015)
     with pytest.raises(ConfigError, match=r"'learn\.step_s' is 0\.0015; allowed .*: multiples of 0\.001"):

@@ -49,6 +49,8 @@ def test_the_search_follows_the_ball_and_widens_while_it_is_lost():
         assert made.search.detect("left", 0.02 + 0.01 * frame, BLACK, (0, 0)) is None
         region = made.search.region("left", 0.03 + 0.01 * frame)
         sizes.append(region.right - region.left)
+    # 1.6 radii of 8 px and 10 px, and 10 px more for each image without the ball; whole pixels, within the image
+    assert sizes[:3] == pytest.approx([2 * (12.8 + 10 * (1 + lost)) for lost in range(3)], abs=2)
     assert sizes == sorted(sizes)
     assert made.search.region("left", 0.1) == everything
 
