@@ -64,18 +64,6 @@ def test_the_cup_may_use_the_whole_workspace():
     assert x[-1] == pytest.approx(0.4, abs=2e-3)
 
 
-@given(st.floats(-8, 8), st.floats(-0.39, 0.39), st.floats(-1.9, 1.9))
-def test_left_and_right_are_alike(command, x, v):
-    limiter = BrakingLimiter(0.4, 2.0, 7.2, 8.0, STEP_S)
-    assert limiter.limit(-command, -x, -v) == pytest.approx(-limiter.limit(command, x, v), abs=1e-9)
-
-
-def test_outside_by_a_disturbance_it_brakes_with_all_there_is():
-    limiter = BrakingLimiter(0.4, 2.0, 7.2, 8.0, STEP_S)
-    assert limiter.limit(8.0, 0.45, 0.5) == -8.0
-    assert limiter.limit(-8.0, -0.45, -0.5) == 8.0
-
-
 @given(st.floats(-0.45, 0.45), st.floats(-2.1, 2.1))
 def test_the_bounds_are_where_braking_after_a_step_ends_at_the_edge(x, v):
     """With the speed w after a step, x + w h + w^2 / (2 b) + b h^2 / 2 = half width; within the largest speed."""
