@@ -166,13 +166,16 @@ def test_a_rollout_costs_its_miss_its_height_or_the_way_that_a_seen_catch_went()
     assert cost(False, None, limit="a joint") == FORBIDDEN_M
 
 
-def test_tau_is_searched_about_its_start() -> None:
+def test_tau_bumps_and_goal_are_searched_about_their_start() -> None:
     settings = dataclasses.replace(SHIPPED, tau_start=1.1)
     taus = [method(settings, seed=seed).next_trial(BEGUN) for seed in range(10000, 10200)]
     logs = [math.log(one.variation.tau_scale / 1.1) for one in taus if one is not None]
     # 200 draws: mean within four standard errors of nothing, spread within four of the one that is set
     assert abs(np.mean(logs)) < 4 * POLICY.spread_tau / math.sqrt(200)
     assert np.std(logs) == pytest.approx(POLICY.spread_tau, rel=4 / math.sqrt(400))
+    places = np.array([(*one.variation.bumps_m, *one.variation.shift_m) for one in taus if one is not None])
+    assert places.shape == (200, 2 * POLICY.bumps + 2)
+    assert np.std(places, axis=0) == pytest.approx(POLICY.spread_m, rel=4.5 / math.sqrt(400))
 
 
 @pytest.mark.parametrize(
