@@ -12,22 +12,38 @@ LENSES = [
 ]
 
 
+def _pixel(lens, x, y):
+    found = cv2.projectPoints(np.array([[x, y, 1.0]]), np.zeros(3), np.zeros(3), lens.matrix, lens.distortion)
+    return found[0].ravel()
+
+
+def _slopes(lens, x, y, h=1e-6):
+    return np.array(
+        [_pixel(lens, x + h, y) - _pixel(lens, x - h, y), _pixel(lens, x, y + h) - _pixel(lens, x, y - h)]
+    ).T / (2 * h)
+
+
 @pytest.mark.parametrize("lens", LENSES)
-def test_one_pixel_is_straight_where_opencv_projects_it_from_and_its_slope_is_that_of_the_projection(lens):
+def test_one_pixel_is_straight_where_opencv_projects_it_from_and_its_slope_is_that_of_the_projection(lens, monkeypatch):
+    """Newton's method alone, in ten steps at most."""
+    monkeypatch.setattr(RadialLens, "undistort", lambda self, pixels: pytest.fail("OpenCV was asked"))
     rng, left = np.random.default_rng(1), []
-
-    def pixel(x, y):
-        return cv2.projectPoints(np.array([[x, y, 1.0]]), np.zeros(3), np.zeros(3), lens.matrix, lens.distortion)[
-            0
-        ].ravel()
-
     for x, y in rng.uniform(-0.45, 0.45, (60, 2)):
-        at, h = lens.straight(*pixel(x, y)), 1e-6
+        at = lens.straight(*_pixel(lens, x, y))
         left.append(np.hypot(at.x - x, at.y - y))
-        slopes = np.array([pixel(x + h, y) - pixel(x - h, y), pixel(x, y + h) - pixel(x, y - h)]).T / (2 * h)
-        assert np.array([[at.u_x, at.u_y], [at.v_x, at.v_y]]) == pytest.approx(slopes, rel=1e-6, abs=1e-4)
+        assert np.array([[at.u_x, at.u_y], [at.v_x, at.v_y]]) == pytest.approx(_slopes(lens, x, y), rel=1e-6, abs=1e-4)
     assert max(left) < 1e-9
     assert np.median(left) < 1e-12, "the last of Newton's steps squares what is left before it"
+    whole = lens.matrix @ [0.2, -0.3, 1.0]
+    assert whole == pytest.approx([lens.cx + 0.2 * lens.fx, lens.cy - 0.3 * lens.fy, 1.0])
+
+
+def test_where_the_lens_folds_over_slopes_are_those_at_the_point_that_opencv_finds():
+    lens = RadialLens(600.0, 620.0, 319.5, 239.5, -1.5, 0.0, 0.002, -0.003)
+    at = lens.straight(2.0, 3.0)
+    assert (at.x, at.y) == pytest.approx(lens.undistort(np.array([[2.0, 3.0]]))[0])
+    expected = _slopes(lens, at.x, at.y)
+    assert np.array([[at.u_x, at.u_y], [at.v_x, at.v_y]]) == pytest.approx(expected, rel=1e-5, abs=1e-3)
 
 
 def test_a_sphere_s_centre_lies_off_its_disc_s_as_the_cone_about_it_is_cut():
