@@ -280,7 +280,7 @@ def efforts(chain: Chain, tool: ToolGeometry, angles: Array, speeds: Array, chan
     rotations, shifts = np.empty((n + 1, 3, 3)), np.empty((n + 1, 3))
     frames(chain, angles, rotations, shifts)
     axes, positions = np.empty((n, 3)), np.empty((n, 3))
-    forces, moments = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
+    forces, moments = np.empty((n, 3)), np.empty((n, 3))
     spin, gain = np.zeros(3), np.zeros(3)
     lift = np.array([0.0, 0.0, chain.gravity_m_s2])
     last = still

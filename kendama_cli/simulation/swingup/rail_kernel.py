@@ -310,16 +310,14 @@ def _load() -> None:
 
     It happens on import, so that processes forked from one that has imported this module need not do it each.
     """
-    cup = (0.049, 0.0, 0.049, 0.049, 0.049, 0.119, 3.0, 3.0)
-    p = Physics(0.002, 0.5, 20.0, 0.4, 2000.0, 2.0, 0.0, 4e-4, 9.81, 0.07, *cup)
-    w = Limits(0.4, 2.0, 7.0, 8.0, math.inf)
-    aim = Aim(2.0, 2.5, 1.0, 6.0, True, False, 5.0, 0.4, 9.0, 0.02, 0.0)
+    ones = [1.0] * 18
+    p, w, aim = Physics(*ones), Limits(*ones[:5]), Aim._make([*ones[:4], True, False, *ones[:5]])
     bins = Bins(False, False, np.zeros(1), np.zeros(1), np.zeros(1), 18, 3.0)
-    s, tally = np.array([0.0, 0.0, -0.4, 0.0, 0.0, 0.0, 0.0, 0.0]), np.zeros(TALLY)
+    s, tally, error = np.ones(8), np.zeros(TALLY), np.zeros((2, 2))
     step(s, 0.0, p)
-    hold(s, tally, np.zeros(4), np.zeros((2, 2)), 0, 0.0, 1.0, 0.0, 1.0, 0, 0.02, *packed(p, w, aim, bins, 0.1))
-    fly(s, 1, 9.0, p, w)
-    is_caught(s, 0.02, p, w)
+    hold(s, tally, np.zeros(4), error, 0, 0.0, 1.0, 0.0, 1.0, 0, 1.0, *packed(p, w, aim, bins, 1.0))
+    fly(s, 1, 1.0, p, w)
+    is_caught(s, 1.0, p, w)
 
 
 _load()
