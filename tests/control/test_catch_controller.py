@@ -103,6 +103,11 @@ def test_the_tilted_cup_is_aimed_beside_the_ball_by_its_lever_and_opens_against_
     wanted = cubic_m_s2(1.704, 2.0 - LATE_S, 0.2 - lever_m * math.sin(tilt), -0.5, cart)
     assert controller.acceleration_m_s2(1.704) == pytest.approx(wanted)
     assert begun()[0].tilt(1.7) is None
+    unseen, _ = begun(max_tilt_rad=0.6)  # until it is seen the ball is taken to fall from 0.2 m over the cup
+    ball = GEOMETRY.flight.rope.ball(LAST.angle_rad, LAST.rate_rad_s)
+    unseen.acceleration_m_s2(END_S)
+    across = (1 - CATCH.matching) * (LAST.velocity_m_s + ball.across_m_s)
+    assert unseen._tilt_rad == pytest.approx(math.atan2(-across, math.sqrt(2 * 9.81 * 0.2)))
     tilts = [controller.tilt(1.7 + H * k) for k in range(round((0.3 - LATE_S) / H))]
     assert tilts[-1] is not None
     assert tilts[-1].tilt_rad == pytest.approx(tilt, abs=0.01)

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 from kendama_cli.control.catch_controller import TiltPlan
 from kendama_cli.control.cup_cart import CupTilt, TiltingArm
@@ -64,6 +65,9 @@ def test_what_the_joints_cannot_do_is_refused(arm: RobotModel, line: CupLine) ->
 def test_the_tilt_is_there_at_the_catch_and_the_cup_gives_with_the_ball() -> None:
     plan = TiltPlan(TILTING, H)
     tilts = [plan.next(H * k, 0.3, 0.25) for k in range(300)]
+    cubic = CubicHermiteSpline([0.0, 0.3], [0.0, 0.25], [0.0, 0.0])
+    assert tilts[0].tilt_rad_s == pytest.approx(float(cubic(H, 1)))
+    assert tilts[0].tilt_rad == pytest.approx(0.5 * H * tilts[0].tilt_rad_s)
     meets = tilts[round(0.3 / H) - 1]
     assert meets.tilt_rad == pytest.approx(0.25, abs=0.005)
     assert meets.tilt_rad_s == pytest.approx(0.0, abs=0.1)

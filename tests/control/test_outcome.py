@@ -111,5 +111,6 @@ def test_a_prediction_is_held_against_the_crossing_at_its_horizon() -> None:
     game = Game(swing, (), tuple(told), None, SimpleNamespace(problems=["blind"]), crossing)  # type: ignore[arg-type]
     for horizon_s, error_m in ((0.05, 0.01), (0.15, 0.02), (0.25, 0.03), (0.9, 0.03)):
         assert game.prediction_error_m(horizon_s) == pytest.approx(error_m)
+    assert game.swung_up
     assert game.outcome == "not swung up; blind"
     assert Game(swing, (), (), None, game.observed, crossing).prediction_error_m(0.1) is None
