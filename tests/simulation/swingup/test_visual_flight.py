@@ -81,7 +81,7 @@ def test_the_estimate_is_least_squares_with_the_reading_as_its_first_equations()
 def test_the_estimate_begins_with_the_noisy_reading_and_takes_late_measurements_of_the_true_ball(
     monkeypatch: pytest.MonkeyPatch, sigma_m: float, rate_hz: float
 ) -> None:
-    """Errors are drawn as told: angle, rate, then two for each measurement; air and steps take up to 7 mm."""
+    """Errors are drawn as told: angle, rate, then two for each measurement; the rope is soon slack."""
     events: list[tuple[str, float, list[float]]] = []
     begun: list[tuple[Ball, float, float]] = []
 
@@ -103,11 +103,11 @@ def test_the_estimate_begins_with_the_noisy_reading_and_takes_late_measurements_
     noise = {"noise__angle_reading_deg": 2.0, "noise__rate_reading_rad_s": 0.1}
     sensor = {"sensor__sigma_m": sigma_m, "sensor__latency_s": 0.05, "sensor__rate_hz": rate_hz}
     settings = learn_settings("hard", **noise, **sensor)
-    released, step_s = SwingState(0.05, 0.3, 2.2, 5.0), settings.step_s
+    released, step_s = SwingState(0.05, 0.3, 2.2, 3.5), settings.step_s
     caught_by_sight(released, settings, GAME, np.random.default_rng(3))
     rng, rope = np.random.default_rng(3), TautRope.of(GAME)
-    angle, rate = 2.2 + np.deg2rad(2.0) * rng.standard_normal(), 5.0 + 0.1 * rng.standard_normal()
-    read, true, length = rope.ball(angle, rate), TautRope.hanging(GAME).ball(2.2, 5.0), GAME.rope.length_m
+    angle, rate = 2.2 + np.deg2rad(2.0) * rng.standard_normal(), 3.5 + 0.1 * rng.standard_normal()
+    read, true, length = rope.ball(angle, rate), TautRope.hanging(GAME).ball(2.2, 3.5), GAME.rope.length_m
     ((found, first_m, first_m_s),) = begun
     expected = (0.05 + read.across_m, read.above_m, 0.3 + read.across_m_s, read.above_m_s)
     assert (found.across_m, found.above_m, found.across_m_s, found.above_m_s) == pytest.approx(expected)
@@ -123,6 +123,6 @@ def test_the_estimate_begins_with_the_noisy_reading_and_takes_late_measurements_
         error = sigma_m * rng.standard_normal(2)
         across = 0.05 + true.across_m + (0.3 + true.across_m_s) * t_s
         above = true.above_m + true.above_m_s * t_s - GAME.gravity_m_s2 * t_s**2 / 2
-        assert [x - error[0], z - error[1]] == pytest.approx([across, above], abs=0.01)
+        assert [x - error[0], z - error[1]] == pytest.approx([across, above], abs=2e-3 + 0.05 * t_s)
     times = [t for kind, t, _ in events if kind == "now"]
     assert times == pytest.approx(step_s * np.arange(len(times)))
