@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from kendama_cli.adaptation import catch_family
 from kendama_cli.adaptation.catch_family import playable_tilt
 from kendama_cli.adaptation.settings import AdaptSettings
 from kendama_cli.artifacts.demonstration import Demonstration
+from kendama_cli.artifacts.motion_plan import MotionPlan
 from kendama_cli.motion.dmp.averaging import encode, prepare
 from kendama_cli.motion.dmp.turning import cup_axes, encode_rotations, rotations_of
 from kendama_cli.motion.rotation import exponential
@@ -64,3 +67,24 @@ def test_without_a_share_the_cup_stays_upright_and_it_is_told(arm):
     chosen, told = playable_tilt(arm, plan(0.3, [0.0, 1.0, 0.0]), dataclasses.replace(SHIPPED, tilt_fraction=0.0))
     assert chosen.turn is None
     assert told == ("the cup's tilt of up to 17 deg is played to 0% only: adapt.tilt_fraction=0",)
+
+
+@pytest.mark.parametrize(("allowed", "played"), [(0.9, 0.8), (0.7, 0.6), (0.3, 0.2), (0.1, 0.0)])
+def test_quarters_of_the_wanted_share_are_left_out_until_the_arm_can_do_it(
+    monkeypatch: pytest.MonkeyPatch, allowed: float, played: float
+) -> None:
+    """Of an arm that can turn the cup by so large a share of 0.6 rad, where 0.8 of the turn is wanted."""
+    one, settings = plan(0.6, [0.0, 1.0, 0.0]), dataclasses.replace(SHIPPED, tilt_fraction=0.8)
+    most = np.abs(one.turn.weights).max()
+
+    def moved(arm: object, tried: MotionPlan, lead_in_m_s2: float) -> SimpleNamespace:
+        share = np.abs(tried.turn.weights).max() / most
+        slow = settings.tau_range[1] * (1.01 if share > allowed else 0.99)
+        return SimpleNamespace(min_tau_scale=lambda: slow, limiting_joint=lambda: "joint 's3'")
+
+    monkeypatch.setattr(catch_family, "ArmMotion", moved)
+    chosen, (told,) = playable_tilt(None, one, settings)
+    shown = 0.0 if chosen.turn is None else np.abs(chosen.turn.weights).max() / most
+    assert shown == pytest.approx(played)
+    reason = "adapt.tilt_fraction" if played == 0.8 else "joint 's3'"
+    assert told == f"the cup's tilt of up to 34 deg is played to {played:.0%} only: {reason}"
