@@ -9,10 +9,11 @@ from scipy.interpolate import CubicSpline
 
 from kendama_cli.adaptation.catch_family import shifted_plan
 from kendama_cli.artifacts.demonstration import Demonstration
-from kendama_cli.artifacts.motion_plan import MotionPlan
+from kendama_cli.artifacts.motion_plan import JointTrajectory, MotionPlan
 from kendama_cli.motion.dmp.averaging import encode_demonstrations
 from kendama_cli.physics.rope import RopeLaw, rope_pull
 from kendama_cli.robot_model.arm_motion import ArmMotion
+from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.arm_errors import NO_ERRORS, WorldErrors
@@ -207,3 +208,65 @@ def test_the_miss_is_where_a_ball_in_free_fall_reaches_the_rim() -> None:
     assert seen.miss_m is not None
     assert seen.miss_m[0] == pytest.approx(-0.2 + 0.3 * falls_s, abs=2e-4)
     assert not _played(rows, in_cup=False).caught
+
+
+class _Lifted:
+    """Answers for five steps with the planned motion, lifted in one joint; keeps what it was asked with."""
+
+    steps = 5
+
+    def __init__(self, joints: JointTrajectory) -> None:
+        self.joints, self.asked = joints, []  # type: ignore[var-annotated]
+
+    def coming(self, t_s: float, position_rad: Array, ball_m: Array) -> list[tuple[Array, Array, Array]] | None:
+        self.asked.append((t_s, position_rad, np.array(ball_m)))
+        first = round(t_s / STEP_S) + 1
+        if first < 60:
+            return None
+        lift = 1e-4 * np.eye(7)[3]
+        rows = zip(self.joints.position_rad, self.joints.velocity_rad_s, self.joints.acceleration_rad_s2, strict=True)
+        return [(q + lift, v, a) for q, v, a in list(rows)[first : first + 5]]
+
+
+def test_a_rollout_is_the_world_stepped_by_hand_with_noisy_angles_and_corrected_references() -> None:
+    world, other, rng = (
+        ArmWorld(bench_arm(), kendama_game()),
+        ArmWorld(bench_arm(), kendama_game()),
+        np.random.default_rng,
+    )
+    arm, t_s = world.arm, STEP_S * np.arange(202)
+    wave = [
+        np.outer(one, np.linspace(0.1, 0.2, 7))
+        for one in (1 - np.cos(9 * t_s), 9 * np.sin(9 * t_s), 81 * np.cos(9 * t_s))
+    ]
+    joints = JointTrajectory(arm.joint_names, t_s, arm.home_rad + wave[0], wave[1], wave[2])
+    correction = _Lifted(joints)
+    made = play_rollout(world, joints, noise_rad=1e-3, rng=rng(5), correction=correction, record=True)
+    noise, asked = rng(5).normal(0.0, 1e-3, (202, 7)), iter(correction.asked)
+    other.reset(joints.position_rad[0])
+    rows, fastest, strongest, highest = [], np.zeros(7), np.zeros(7), -np.inf
+    for k in range(202):
+        if k > 0:
+            if k % 5 == 1:
+                at_s, read, ball = next(asked)
+                assert at_s == pytest.approx((k - 1) * STEP_S)
+                assert read == pytest.approx(other.position_rad + noise[k], abs=1e-12)
+                assert ball == pytest.approx(other.ball.position_m, abs=1e-12)
+            lift = 1e-4 * np.eye(7)[3] * (5 * ((k - 1) // 5) + 1 >= 60)
+            other.step(joints.position_rad[k] + lift, wave[1][k], wave[2][k], noise[k])
+            fastest, strongest = (
+                np.maximum(fastest, abs(other.velocity_rad_s)),
+                np.maximum(strongest, abs(other.effort_nm)),
+            )
+            highest = max(highest, other.ball.position_m[2] - other.ball.tie_m[2])
+        rows.append([other.t_s, *other.ball.tie_m, *other.ball.position_m, *other.ball.axis, *other.position_rad])
+    trace = made.trace
+    assert trace is not None
+    found = np.column_stack([trace.t_s, trace.cup_m, trace.ball_m, trace.cup_axis, trace.position_rad])
+    assert found == pytest.approx(np.array(rows)[::10], abs=1e-12)
+    assert (trace.even == np.arange(len(found))).all()
+    assert made.velocity_ratio == pytest.approx((fastest / arm.limits.velocity_rad_s).max())
+    assert made.effort_ratio == pytest.approx((strongest / arm.limits.effort_nm).max())
+    assert made.effort_joint == arm.joint_names[int((strongest / arm.limits.effort_nm).argmax())]
+    assert made.apex_m == pytest.approx(highest - kendama_game().cup.rim_m)
+    assert made.flight_s is None is made.signed_miss_m
