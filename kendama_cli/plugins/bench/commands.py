@@ -25,7 +25,7 @@ def bench(
 
     Example: kendama bench CartPole-v1 MountainCar-v0
     """
-    from kendama_cli.plugins.bench.comparison import compare  # numpy, scipy and Gymnasium
+    from kendama_cli.plugins.bench.learn_on import compare  # numpy, scipy and Gymnasium
 
     names = [word for word in environments if "=" not in word]
     overrides = [word for word in environments if "=" in word]

@@ -10,8 +10,7 @@ import numpy as np
 
 from kendama_cli.plugins.calibration.board import MIN_CORNERS, Board, BoardView, check_markers
 from kendama_cli.plugins.calibration.bundle import Bundle, Seen, adjust
-from kendama_cli.plugins.calibration.checks import check_moments, rms
-from kendama_cli.plugins.calibration.intrinsics import Intrinsics, intrinsics
+from kendama_cli.plugins.calibration.intrinsics import Intrinsics, check_moments, intrinsics, rms
 from kendama_cli.plugins.calibration.one_lens import check_one_lens
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.camera_model import CameraModel

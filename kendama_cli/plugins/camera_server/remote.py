@@ -7,6 +7,7 @@ import math
 import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 
 import cv2
@@ -17,7 +18,6 @@ from kendama_cli.devices.camera.interface import Frame, SceneSource, StaleFrame,
 from kendama_cli.devices.robot.udp.protocol import Kind
 from kendama_cli.devices.robot.udp.seal import NONCE_BYTES, Seal, fresh_nonce, read_key, session_number, session_seal
 from kendama_cli.errors import ConfigError, HardwareError, MissingPartError
-from kendama_cli.plugins.camera_server.clock_offset import ClockOffset
 from kendama_cli.plugins.camera_server.line import IMAGE_BYTES, FrameHead, LineError, Request, SealedLine
 from kendama_cli.plugins.camera_server.settings import RemoteCamera
 from kendama_cli.vision.cameras.camera_model import CameraModel
@@ -25,6 +25,8 @@ from kendama_cli.vision.cameras.region import Region, whole
 
 SILENCE_S = 3.0
 """A server answers every request in less, if only that there is no new frame."""
+KEPT, ENOUGH = 200, 8
+"""Exchanges that are remembered: some seconds, in which clocks drift by microseconds; so many are enough to begin."""
 
 
 def open_remote(
@@ -184,3 +186,29 @@ def _decoded(body: bytes, head: FrameHead) -> NDArray[np.uint8]:
     if pixels is None or pixels.shape != shape:
         raise LineError("an image of another size came")
     return np.asarray(pixels, dtype=np.uint8)
+
+
+class ClockOffset:
+    """Offset of the other clock from ours by the quickest of the newest exchanges.
+
+    offset = ((t1 - t0) + (t2 - t3)) / 2 of an exchange that left at t0, came at t1 and was answered at t2 on the other
+    clock, and was back at t3; it is wrong by at most half of the delay (t3 - t0) - (t2 - t1) (RFC 5905, section 8).
+    """
+
+    def __init__(self) -> None:
+        self._seen: deque[tuple[float, float]] = deque(maxlen=KEPT)
+
+    def add(self, left_s: float, came_s: float, answered_s: float, back_s: float) -> None:
+        """Take the four times of an exchange [s]."""
+        delay_s = (back_s - left_s) - (answered_s - came_s)
+        self._seen.append((delay_s, ((came_s - left_s) + (answered_s - back_s)) / 2))
+
+    @property
+    def known(self) -> bool:
+        """Return True after enough exchanges."""
+        return len(self._seen) >= ENOUGH
+
+    @property
+    def offset_s(self) -> float:
+        """Return the other clock's time less ours [s]; raises ValueError before the first exchange."""
+        return min(self._seen)[1]

@@ -12,7 +12,7 @@ from kendama_cli.plugins.cluster.shared_place import show_damage, store_settings
 from kendama_cli.schema.units import count_of
 
 if TYPE_CHECKING:
-    from kendama_cli.plugins.cluster.blob import Remote
+    from kendama_cli.plugins.cluster.remote import Remote
 
 
 def push(remote: RemotePlace = None, as_json: Json = False, home: Home = None, config_dir: ConfigDir = None) -> None:

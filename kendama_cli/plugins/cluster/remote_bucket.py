@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import IO, Any, NoReturn
 
 from kendama_cli.errors import MissingPartError, OfflineError, RemoteError, install_line
-from kendama_cli.plugins.cluster.blob import LARGEST_READ, SMALL_BYTES
+from kendama_cli.plugins.cluster.remote import LARGEST_READ, SMALL_BYTES
 from kendama_cli.settings.store import StoreSettings
 
 try:

@@ -17,9 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from kendama_cli.errors import OfflineError, ReadOnlyError, RemoteError
-from kendama_cli.plugins.cluster.blob import SMALL_BYTES, Remote
 from kendama_cli.plugins.cluster.packed import pack, packed_bytes, unpack
-from kendama_cli.plugins.cluster.remote import open_remote
+from kendama_cli.plugins.cluster.remote import SMALL_BYTES, Remote, open_remote
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
 from kendama_cli.store.home import DIGEST, KEY, STAGE

@@ -21,10 +21,8 @@ from typing import Any
 
 from kendama_cli.errors import KendamaError, RemoteError, StageError
 from kendama_cli.pipeline.code import FileIndex, code_digest
-from kendama_cli.plugins.cluster.blob import Remote
-from kendama_cli.plugins.cluster.remote import open_remote
+from kendama_cli.plugins.cluster.remote import Remote, open_remote
 from kendama_cli.plugins.cluster.shared import SharedStore
-from kendama_cli.plugins.cluster.shipped_files import placed_files
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.store import StoreSettings
 from kendama_cli.store import durable
@@ -210,3 +208,33 @@ def _watched(process: Worker, tell: Progress, is_wanted: Callable[[], bool]) -> 
     code = process.wait()
     ended.set()
     return last or {"event": "ended", "code": code}
+
+
+def placed_files(files: Mapping[str, Mapping[str, str]], store: Store) -> dict[str, str]:
+    """Place the sender's ``files`` on this machine; return their paths here by those there, empty if the same.
+
+    Files that belong together stand in one folder as they did there. Raises RemoteError where one is nowhere.
+    """
+    if all(_is_here(path, facts["sha256"]) for path, facts in files.items()):
+        return {}
+    assert isinstance(store.shared, SharedStore)
+    inputs = store.home / "inputs" / durable.sha256(durable.canonical_json(files))[:32]
+    places = {}
+    for path, facts in files.items():
+        folder = os.path.dirname(facts["beside"])
+        inside = os.path.relpath(path, folder)
+        if inside.startswith(os.pardir):
+            raise StageError(f"{facts['beside']} lists {inside}: a table's files must be below its folder to travel")
+        # a bag is called by its folder
+        place = inputs / durable.sha256(folder.encode())[:16] / os.path.basename(folder) / inside
+        if not _is_here(str(place), facts["sha256"]):
+            store.shared.fetch_file(facts["sha256"], place)
+        places[path] = str(place)
+    return places
+
+
+def _is_here(path: str, digest: str) -> bool:
+    try:
+        return durable.file_sha256(Path(path)) == digest
+    except OSError:
+        return False

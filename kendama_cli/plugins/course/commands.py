@@ -84,6 +84,6 @@ def course_board(
 
     Example: kendama course board sarsa random_replay
     """
-    from kendama_cli.plugins.course.board_view import show_board
+    from kendama_cli.plugins.course.board import show_board
 
     return show_board(find_site(home), learners or [], range(first_seed, first_seed + seeds), task, as_json=as_json)

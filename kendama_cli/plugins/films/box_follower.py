@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.plugins.films.ball_box import TrainedImage
-from kendama_cli.plugins.films.image_track import track
+from kendama_cli.plugins.films.ball_film import track
 from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import teach

@@ -8,7 +8,7 @@ import numpy as np
 
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, TrainedImage
 from kendama_cli.plugins.films.ball_patches import Patches
-from kendama_cli.plugins.films.patch_training import trained
+from kendama_cli.plugins.films.training import trained
 
 CHECK_STEPS = 300
 ODD_SHARE = 0.05

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 
 from kendama_cli.cli import render
@@ -19,10 +22,13 @@ from kendama_cli.plugins.films.ball_film import FilmTrack, film_track
 from kendama_cli.plugins.films.detect import Seeing, SeeingOptions, detector_name, open_seeing
 from kendama_cli.plugins.films.draw import boxes_for_track
 from kendama_cli.plugins.films.film_positions import FilmPositions, clock_offsets, from_one, from_several
-from kendama_cli.plugins.films.track_output import track_table
-from kendama_cli.plugins.films.track_overlay import draw_track
 from kendama_cli.plugins.shared.videos.video import VideoFile, video_faults
+from kendama_cli.plugins.shared.videos.video_writer import vp8_video
 from kendama_cli.vision.cameras.camera_model import CameraModel
+
+METRES = ("x_m", "y_m", "z_m", "sigma_x_m", "sigma_y_m", "sigma_z_m")
+PIXELS = ("frame", "u_px", "v_px", "sigma_px", "radius_px", "score")
+TRAIL_FRAMES = 12
 
 
 @dataclass(frozen=True)
@@ -207,3 +213,43 @@ def _document(output: Path, tracks: Sequence[FilmTrack], positions: FilmPosition
         "offset_s": offsets,
         "misfit_sigmas": None if positions is None else positions.misfit_sigmas,
     }
+
+
+def track_table(first: FilmTrack, positions: FilmPositions | None) -> bytes:
+    """Return the CSV: times of the first film [s], metres if they are known, then the first film's pixels."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(("t_s", *(() if positions is None else METRES), *PIXELS))
+    for i, t_s in enumerate(first.t_s):
+        metres: list[str] = []
+        if positions is not None:
+            at = int(np.searchsorted(positions.t_s, t_s))
+            if at == len(positions.t_s) or positions.t_s[at] != t_s:
+                continue
+            sigma = np.sqrt(np.diagonal(positions.covariance_m2[at]))
+            metres = [f"{value:.6f}" for value in (*positions.position_m[at], *sigma)]
+        sigma_px = np.sqrt(np.trace(first.covariance_px2[i]) / 2)
+        cells = (f"{value:.3f}" for value in (*first.centre_px[i], sigma_px, first.radius_px[i], first.score[i]))
+        rows.writerow((f"{t_s:.6f}", *metres, int(first.frame[i]), *cells))
+    return text.getvalue().encode()
+
+
+def draw_track(film: VideoFile, found: FilmTrack, output: Path) -> None:
+    """Write ``film`` with the ball and its last places as ``found`` drawn in; raises InputError where it cannot."""
+    rate_hz = 30.0
+    if len(found.t_s) > 1:
+        rate_hz = float(np.clip(1 / np.median(np.diff(found.t_s) / np.diff(found.frame)), 1, 240))
+    at = {int(frame): i for i, frame in enumerate(found.frame)}
+    with vp8_video(output, rate_hz, film.width_px, film.height_px) as write:
+        for number, (_, pixels) in enumerate(film.frames()):
+            drawn = pixels.copy()
+            i = at.get(number)
+            if i is not None:
+                u, v = (round(float(value)) for value in found.centre_px[i])
+                cv2.circle(drawn, (u, v), max(round(float(found.radius_px[i])), 2), (60, 60, 230), 2, cv2.LINE_AA)
+            trail = [j for j in (at.get(number - back) for back in range(TRAIL_FRAMES)) if j is not None]
+            if len(trail) > 1:
+                cv2.polylines(
+                    drawn, [np.rint(found.centre_px[trail]).astype(np.int32)], False, (80, 200, 80), 2, cv2.LINE_AA
+                )
+            write(drawn)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
 
+from kendama_cli.errors import InputError
 from kendama_cli.plugins.films.ball_patches import SCALES
 from kendama_cli.plugins.films.patch_features import BALL_PX, COUNT, feature_strips, scaled
 from kendama_cli.plugins.films.settings import TrainedDetectorSettings
@@ -19,6 +21,16 @@ TEMPERATURE = 3.0
 """A classifier that has seen a few boxes is too sure: its log odds are divided by this."""
 MOST_LOG_ODDS = 60.0
 """More is no surer, and products of odds stay finite."""
+EVERY_PX = 2
+"""Every second pixel of the scaled image is asked: a third of the ball's radius."""
+SMOOTHED_PX = 1.0
+SEARCHED_RADII = 4.0
+"""With a hint the ball is searched within so many of its radii about the expected place."""
+SIGMA_RADII = 0.15
+"""Standard deviation of a peak's place, in ball radii: measured on films that taught the detector with 5 boxes."""
+LEAST_LOG_ODDS = -6.0
+"""Weaker peaks are not worth a tracker's time."""
+REMEDY = "teach the ball with 'kendama camera train'"
 
 
 def peak_scores(log_odds: Array, balls: int) -> Array:
@@ -45,17 +57,6 @@ def _sets(odds: Array, most: int) -> float:
     for odd in odds:
         by_size[1:] += odd * by_size[:-1]
     return float(by_size.sum())
-
-
-EVERY_PX = 2
-"""Every second pixel of the scaled image is asked: a third of the ball's radius."""
-SMOOTHED_PX = 1.0
-SEARCHED_RADII = 4.0
-"""With a hint the ball is searched within so many of its radii about the expected place."""
-SIGMA_RADII = 0.15
-"""Standard deviation of a peak's place, in ball radii: measured on films that taught the detector with 5 boxes."""
-LEAST_LOG_ODDS = -6.0
-"""Weaker peaks are not worth a tracker's time."""
 
 
 @dataclass(frozen=True)
@@ -136,3 +137,14 @@ def _top(values: Array, row: int, column: int) -> Array:
             if low > -40 and high > -40 and low + high < 2 * middle:
                 place[axis] += np.clip((low - high) / (2 * (low + high - 2 * middle)), -0.5, 0.5)
     return place
+
+
+def trained_detector(settings: TrainedDetectorSettings) -> TrainedDetector:
+    """Make the detector of the ball that ``settings`` name; raises InputError for a file that holds none."""
+    try:
+        ball = TrainedBall.from_bytes(Path(settings.ball).read_bytes())
+    except OSError as wrong:
+        raise InputError(settings.ball, f"cannot be read ({wrong.strerror})", remedy=REMEDY) from None
+    except ValueError as wrong:
+        raise InputError(settings.ball, str(wrong), remedy=REMEDY) from None
+    return TrainedDetector(settings, ball)

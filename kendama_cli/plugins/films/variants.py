@@ -5,7 +5,7 @@ from kendama_cli.schema.registry import Variant
 TRAINED = Variant(
     "trained",
     settings="kendama_cli.plugins.films.settings:TrainedDetectorSettings",
-    makes="kendama_cli.plugins.films.trained_file:trained_detector",
+    makes="kendama_cli.plugins.films.trained_detector:trained_detector",
 )
 VIDEO = Variant(
     "video",

@@ -1,4 +1,4 @@
-"""``kendama explain``: the meaning of a setting, metric, stage, topic or figure, from its declaration."""
+"""``kendama explain``: the meaning of a name, from its declaration, and the file that gives a setting its value."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from kendama_cli.config.site import Site, group_options, groups
 from kendama_cli.errors import UsageError
 from kendama_cli.pipeline.catalogue import load_pipeline, pipeline_names
 from kendama_cli.pipeline.nodes import node_schemas
-from kendama_cli.plugins.help.value_file import file_of
 from kendama_cli.report.tables import label_and_unit
 from kendama_cli.schema.declaration import (
     StageDeclaration,
@@ -31,10 +30,12 @@ from kendama_cli.schema.declaration import (
     section_names,
     stage_names,
 )
+from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.setting_facts import SettingFact, allowed_values, sentence, setting_facts
 
 PAGES = {"setting": "reference/settings", "group": "reference/settings", "topic": "reference/logs"}
 OTHERS = "reference/stages"
+_ABSENT = object()
 
 
 @dataclass(frozen=True)
@@ -172,9 +173,6 @@ def _setting(site: Site, key: str, same: list[SettingFact], defaults: Any) -> Ex
     return Explained(key, "setting", sentence(first.field), facts)
 
 
-_ABSENT = object()
-
-
 def _place(site: Site, file: Path) -> str:
     """Return the path of a bundled file from ``conf`` on, that of any other whole."""
     bundled = site.conf_folders[-1]
@@ -211,3 +209,45 @@ def _unknown(name: str) -> str:
     if not close:
         return f"nothing is called '{name}'; 'kendama explain learn' explains a stage, 'kendama config' prints all keys"
     return f"nothing is called '{name}'; type kendama explain {' or '.join(dict.fromkeys(close[:4]))}"
+
+
+def file_of(site: Site, key: str, value: Any) -> Path | None:
+    """Return the file that gives ``key`` its ``value`` in the default configuration; None if it is not found.
+
+    The files of the default choices come first, then the others of the same groups.
+    """
+    for path, inside in _candidates(site, key.split(".")):
+        node: Any = _content(path)
+        for part in inside:
+            node = node.get(part) if isinstance(node, Mapping) else None
+        if node == value and inside:
+            return path
+    return None
+
+
+def _candidates(site: Site, parts: list[str]) -> Iterator[tuple[Path, list[str]]]:
+    for depth in range(len(parts) - 1, -1, -1):
+        for folder in site.conf_folders:
+            group = folder.joinpath(*parts[:depth])
+            files = [folder / "config.yaml"] if not depth else sorted(group.glob("*.yaml"))
+            chosen = _chosen(folder, parts[:depth])
+            for path in sorted(files, key=lambda path: path.stem != chosen):
+                yield path, parts[depth:]
+
+
+def _chosen(folder: Path, group: list[str]) -> str | None:
+    """Return the choice of ``group`` in the lists of defaults above it."""
+    for depth in range(len(group)):
+        for path in sorted(folder.joinpath(*group[:depth]).glob("*.yaml")):
+            for entry in _content(path).get("defaults", ()):
+                if isinstance(entry, Mapping) and (name := entry.get("/".join(group[depth:]))):
+                    return str(name)
+    return None
+
+
+def _content(path: Path) -> Mapping[str, Any]:
+    try:
+        found = load_yaml(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, Mapping) else {}

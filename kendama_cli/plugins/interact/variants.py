@@ -13,5 +13,5 @@ IMPEDANCE = Variant(
 FORCE = Variant(
     "force",
     settings="kendama_cli.plugins.interact.settings:ForceControl",
-    makes="kendama_cli.plugins.interact.force:ForceController",
+    makes="kendama_cli.plugins.interact.impedance:ForceController",
 )

@@ -25,7 +25,7 @@ def cache_migrate(home: Home = None) -> None:
 
 def migrate_settings(site: Site, path: Path) -> None:
     """Rewrite a file of settings in its place, and tell each name that changed."""
-    from kendama_cli.plugins.migration.settings_file import migrate_file  # noqa: PLC0415 - YAML
+    from kendama_cli.plugins.migration.renamed_text import migrate_file  # noqa: PLC0415 - YAML
 
     changed = migrate_file(site, path)
     for old, new in dict.fromkeys(changed):

@@ -1,4 +1,4 @@
-"""Overrides and YAML by the names of today: each name is replaced where it stands, comments, order and quotes stay."""
+"""Overrides and files of settings by the names of today: comments, order and quotes stay."""
 
 from __future__ import annotations
 
@@ -6,13 +6,18 @@ import contextlib
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import yaml
 
+from kendama_cli.config.site import Site
+from kendama_cli.errors import UsageError
 from kendama_cli.schema.plain_yaml import load_yaml
 from kendama_cli.schema.renames import new_key, new_value, renamed
+from kendama_cli.store import durable
 
 _INTERPOLATION = re.compile(r"\$\{([\w.]+)\}")
+_PACKAGE = re.compile(r"^#\s*@package\s+(\S+)", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -91,3 +96,33 @@ def new_override(text: str) -> str:
     else:
         value = ",".join(str(new_value(key, word)) for word in value.split(","))
     return f"{sign}{shown}{package or ''}{equals}{value}"
+
+
+def migrate_file(site: Site, path: Path) -> list[tuple[str, str]]:
+    """Rewrite a YAML of settings, of a pipeline or of overrides; return each old name with its new one.
+
+    A file in a group of a ``conf`` folder has keys of that group. Raises UsageError for what is no YAML of keys.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        made, changed = renamed_yaml(text, _prefix(site, path, text))
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        raise UsageError(f"--migrate {path}: it cannot be read ({reason}); name a YAML file of settings") from None
+    if changed:
+        durable.write_file(path, made.encode(), option="--migrate")
+    return changed
+
+
+def _prefix(site: Site, path: Path, text: str) -> str:
+    """Return the dotted key below which the file's keys stand; empty for those of a whole configuration."""
+    if package := _PACKAGE.search(text):
+        named = package.group(1)
+        return "" if named in ("_global_", "_group_") else new_key(named)
+    folder = path.resolve().parent
+    roots = [root.resolve() for root in site.conf_folders]
+    inside = next((folder.relative_to(root) for root in roots if folder.is_relative_to(root)), None)
+    if inside is None:  # a conf folder that is not in use
+        parts = folder.parts
+        inside = Path(*parts[parts.index("conf") + 1 :]) if "conf" in parts else Path()
+    return new_key(".".join(inside.parts))

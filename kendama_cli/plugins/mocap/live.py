@@ -1,11 +1,12 @@
-"""Motion capture of the cup, live: the stream is kept as it comes, and then read as a recording."""
+"""Motion capture of the cup, live, by OpenIGTLink or VRPN: the stream is kept as it comes, and read as a recording."""
 
 from __future__ import annotations
 
 import math
+import socket
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,18 +16,109 @@ from kendama_cli.devices.demonstrator.live_figures import LiveFigures, Tell
 from kendama_cli.devices.demonstrator.segments import checked_swings
 from kendama_cli.devices.demonstrator.settings import MAX_DISTANCE_M
 from kendama_cli.errors import ConfigError, HardwareError
+from kendama_cli.motion.rotation import exponential, log_of
 from kendama_cli.plugins.mocap.body import recording_of
-from kendama_cli.plugins.mocap.pose_stream import PROTOCOLS, streamed_poses
 from kendama_cli.plugins.mocap.settings import MocapCapture
 from kendama_cli.plugins.shared.recordings.reader import read_bodies
+from kendama_cli.plugins.shared.streams.openigtlink import TRANSFORM, MessageStream
 from kendama_cli.plugins.shared.streams.stream_file import StreamFile
+from kendama_cli.plugins.shared.streams.vrpn import COOKIE, VrpnStream, tracker_report
 from kendama_cli.schema.units import METRES, count_of
 
+TIMEOUT_S = 3.0
 FEWEST = 20
 CLOCK_SHARE = 0.02
 """Stamps that run so much faster or slower than our clock are warned of."""
 CLOCK_APART_S = 1.0
 """So is a clock that differs from ours by more; a network's delay does not."""
+
+
+@dataclass(frozen=True)
+class StreamedPose:
+    """A body by its name there, in the unit of the server; ``rotation_wxyz`` (4,) NaN where it is no rotation."""
+
+    body: str
+    stamp_s: float
+    position: tuple[float, ...]
+    rotation_wxyz: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """Protocol of a stream: its name, a client's first message, and the parser of poses."""
+
+    name: str
+    hello: bytes
+    reader: Callable[[], Callable[[bytes], Iterator[StreamedPose]]]
+
+
+def streamed_poses(protocol: Protocol, host: str, port: int) -> Iterator[StreamedPose]:
+    """Yield every pose that comes, of any body.
+
+    Ends where the server closes the line; raises HardwareError where it is not there, silent for 3 s, or speaks
+    something else.
+    """
+    where = f"the {protocol.name} server at {host}:{port}"
+    try:
+        line = socket.create_connection((host, port), timeout=TIMEOUT_S)
+    except OSError as wrong:
+        raise HardwareError(
+            f"{where} is not there ({wrong.strerror or wrong}); look at capture.host, capture.port and the server"
+        ) from None
+    read = protocol.reader()
+    with line:
+        line.sendall(protocol.hello)
+        while data := _received(line, where):
+            try:
+                yield from read(data)
+            except ValueError as wrong:
+                raise HardwareError(f"{where} {wrong}; look at capture.protocol and capture.port") from None
+
+
+def _received(line: socket.socket, where: str) -> bytes:
+    """Return the bytes that have come; empty if the line was closed. Raises HardwareError after a silence."""
+    try:
+        return line.recv(1 << 16)
+    except TimeoutError:
+        raise HardwareError(f"{where} has been silent for {TIMEOUT_S:g} s; is it streaming?") from None
+    except OSError:
+        return b""
+
+
+def _openigtlink() -> Callable[[bytes], Iterator[StreamedPose]]:
+    stream = MessageStream()
+
+    def read(data: bytes) -> Iterator[StreamedPose]:
+        for message in stream.feed(data):
+            if message.kind != "TRANSFORM" or len(message.content) < TRANSFORM.size:
+                continue
+            values = np.array(TRANSFORM.unpack_from(message.content), dtype=np.float64)
+            matrix = values[:9].reshape(3, 3).T
+            turns = np.isfinite(matrix).all() and np.linalg.det(matrix) > 0  # a mirror is no turn
+            turned = exponential(log_of(matrix)) if turns else np.full(4, np.nan)
+            yield StreamedPose(message.device, message.stamp_s, tuple(values[9:].tolist()), tuple(turned.tolist()))
+
+    return read
+
+
+def _vrpn() -> Callable[[bytes], Iterator[StreamedPose]]:
+    stream = VrpnStream()
+
+    def read(data: bytes) -> Iterator[StreamedPose]:
+        for message in stream.feed(data):
+            if (one := tracker_report(message)) is None:
+                continue
+            name = one.tracker if one.sensor == 0 else f"{one.tracker}:{one.sensor}"
+            yield StreamedPose(name, one.stamp_s, one.position, one.rotation_wxyz)
+
+    return read
+
+
+PROTOCOLS: Mapping[str, Protocol] = {
+    "openigtlink": Protocol("OpenIGTLink", b"", _openigtlink),
+    "vrpn": Protocol("VRPN", COOKIE, _vrpn),
+}
+"""By the value of ``capture.protocol``."""
 
 
 def open_mocap(settings: MocapCapture, tell: Tell) -> Sequence[RecordedDemonstrator]:

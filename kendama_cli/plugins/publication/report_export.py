@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,6 @@ from kendama_cli.pipeline.run_facts import flat, stage_parts
 from kendama_cli.plugins.publication.files import Files
 from kendama_cli.plugins.publication.latex import latex_document
 from kendama_cli.plugins.publication.methods import Facts, methods_text
-from kendama_cli.plugins.publication.provenance import Result, readme_text
 from kendama_cli.report.page import make_report
 from kendama_cli.report.receiver import made_for
 from kendama_cli.report.run_table import DEFAULT, SEED, differing, overrides_of
@@ -132,3 +133,46 @@ def _listed(files: Files) -> dict[str, tuple[str, str, list[str]]]:
         kinds = [kind for kind in ("svg", "pdf", "png", "csv", "txt", "tex") if f"{name}.{kind}" in files.made]
         shown[name] = (files.stage_of.get(name, ""), caption, kinds)
     return shown
+
+
+@dataclass(frozen=True)
+class Result:
+    """One stored result: the stage of the runs that have it, its key, and the digests of artifact and code."""
+
+    stage: str
+    runs: tuple[str, ...]
+    key: str
+    artifact: str
+    code: str
+    data: str
+
+
+def readme_text(
+    source: str,
+    records: Sequence[Mapping[str, Any]],
+    results: Sequence[Result],
+    files: Mapping[str, tuple[str, str, Sequence[str]]],
+) -> str:
+    """Return the text; ``files`` gives for each figure or table its stage, caption and files."""
+    lines = [f"Exported from {source}.", ""]
+    lines += ["Every figure names its runs in its lower margin, every CSV row in the column 'run'.", "", "RUNS", ""]
+    for record in records:
+        made = " ".join(record["overrides"]) or "as configured"
+        lines.append(f"  {record['run']}  {record['outcome']}  started {record.get('started', 'unknown')}")
+        lines.append(f"    pipeline {record['pipeline']}, {made}")
+        lines.append(f"    kendama {record.get('versions', {}).get('kendama', '(version unknown)')}")
+        lines += [f"    read {one}" for one in record.get("read", ())]
+    lines += [
+        "",
+        "RESULTS (key: settings, inputs and code; artifact: SHA-256 of the data; settings.csv has all values)",
+        "",
+    ]
+    for one in results:
+        lines.append(f"  {one.stage} of {', '.join(one.runs)}")
+        lines.append(f"    key {one.key}, code {one.code}, artifact {one.artifact}")
+        lines += [f"    data {one.data}"] if one.data else []
+    lines += ["", "FILES", ""]
+    for name, (stage, caption, kinds) in files.items():
+        lines.append(f"  {name}: {', '.join(kinds)}{f' (stage {stage})' if stage else ''}")
+        lines += textwrap.wrap(caption, 100, initial_indent="    ", subsequent_indent="    ")
+    return "\n".join([*lines, ""])

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
-from kendama_cli.plugins.publication.count_progress import counted
+from kendama_cli.cli import render
+from kendama_cli.cli.progress import LINE_PERIOD_S
 from kendama_cli.schema.units import count_of
 
 if TYPE_CHECKING:  # pandas
@@ -21,8 +23,15 @@ def figures(request: ReportRequest) -> str:
 
 def video(request: ReportRequest) -> str:
     """Write the video of a run, with its progress on standard error; a line about it."""
-    from kendama_cli.plugins.publication.run_video import video_of_run  # noqa: PLC0415 - the ray caster
+    from kendama_cli.plugins.publication.video_file import video_of_run  # noqa: PLC0415 - the ray caster
 
-    with counted(request.output.name, "images") as progress:
-        count = video_of_run(request.records, request.output, progress)
+    told_s = time.monotonic()
+
+    def progress(done: int, total: int) -> None:
+        nonlocal told_s
+        if done < total and time.monotonic() - told_s >= LINE_PERIOD_S:
+            told_s = time.monotonic()
+            render.note(f"{request.output.name}: {done}/{total} images")
+
+    count = video_of_run(request.records, request.output, progress)
     return f"{request.output}: {count_of(count, 'image')}"

@@ -16,7 +16,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.errors import MissingPartError, install_line
 
 if TYPE_CHECKING:
-    from kendama_cli.plugins.teleoperation.play.joining import Joining
+    from kendama_cli.plugins.teleoperation.play.joined import Joining
 
 SECTION = "Teach"
 """Part of ``kendama --help`` in which these commands stand."""
@@ -99,8 +99,7 @@ def _invitation(address: str, code: str, fingerprint: str) -> str:
 def _joining(listening: socket.socket) -> Joining:
     """Return how phones join; raises MissingPartError where that part or its libraries are not installed."""
     from kendama_cli.plugins.shared.web.listening import own_address
-    from kendama_cli.plugins.teleoperation.play.joined import JOINS
-    from kendama_cli.plugins.teleoperation.play.joining import Joining
+    from kendama_cli.plugins.teleoperation.play.joined import JOINS, Joining
     from kendama_cli.schema.registry import declared, resolve
 
     if "phone" not in declared(JOINS):

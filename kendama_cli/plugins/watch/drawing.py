@@ -1,22 +1,24 @@
-"""Drawing of a run's logs so far, in a thread of its own that takes little of the machine."""
+"""Drawing of a run's logs up to their last checkpoints, in a thread that takes little of the machine."""
 
 from __future__ import annotations
 
 import dataclasses
+import io
 import os
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, BinaryIO
 
 from kendama_cli.errors import KendamaError
+from kendama_cli.log.writer import McapLog
 from kendama_cli.pipeline.artifact_place import LOG
 from kendama_cli.pipeline.plan import Planner
 from kendama_cli.plugins.watch.pages import chapters_page, last_motion, replay_page
-from kendama_cli.plugins.watch.snapshot import write_snapshot
 from kendama_cli.plugins.watch.status import RunStatus, StageStatus
 from kendama_cli.report.chapters import performances
 from kendama_cli.report.replay.performance import Kind, Performance
@@ -26,6 +28,10 @@ from kendama_cli.store.checkpoint import CheckpointFolder
 
 Stamp = tuple[str, ...]
 """Changes where a log has more than before."""
+MAX_FRACTION = 0.1
+"""Largest part of one core that drawing takes."""
+LOOK_S = 1.0
+_NICE = 10
 
 
 def log_stamp(planner: Planner, stage: StageStatus) -> Stamp | None:
@@ -63,12 +69,6 @@ def _checkpoints(planner: Planner, stage: StageStatus) -> CheckpointFolder | Non
     if stage.state != "runs" or stage.key is None:
         return None
     return CheckpointFolder(planner.store.checkpoint_folder(stage.name, stage.key))
-
-
-MAX_FRACTION = 0.1
-"""Largest part of one core that drawing takes."""
-LOOK_S = 1.0
-_NICE = 10
 
 
 @dataclass
@@ -160,3 +160,31 @@ class Drawing:
         kind: Kind = "simulation" if declaration.kind == "computes" else "robot"
         motion = last_motion(log, f"{declaration.title}: the last motion", kind)
         return [] if motion is None else [motion]
+
+
+def write_snapshot(part: Path, position: bytes, target: Path, *, stage: str, settings: Mapping[str, Any]) -> None:
+    """Write to ``target`` the log that grows in ``part`` as it was at ``position``, which a checkpoint keeps.
+
+    ``part`` is only read. Raises ValueError where it is not as it was then, OSError where ``target`` is refused.
+    """
+    log = McapLog({}, _Beginning(part))
+    log.restore(position)
+    log.finish(target, stage=stage, settings=settings, metrics={})
+
+
+class _Beginning:
+    """The first bytes of a file to which another process appends."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._size = -1  # all
+
+    def write(self, data: bytes, /) -> None:
+        raise io.UnsupportedOperation("what only looks on writes nothing")
+
+    def cut(self, size: int) -> None:
+        self._size = size
+
+    def reader(self) -> BinaryIO:
+        with self._path.open("rb") as file:
+            return io.BytesIO(file.read(self._size))

@@ -19,9 +19,8 @@ from kendama_cli.cli.main import main
 from kendama_cli.errors import ConfigError, StageError
 from kendama_cli.learning.sarsa import ValueTable
 from kendama_cli.learning.updates import Transition
-from kendama_cli.plugins.bench.harmonics import Harmonics
 from kendama_cli.plugins.bench.learn_on import learn_on
-from kendama_cli.plugins.bench.learner import TabularLearner
+from kendama_cli.plugins.bench.learner import Harmonics, TabularLearner
 from kendama_cli.plugins.bench.spaces import Levels, bounds, widened
 from kendama_cli.plugins.bench.tiles import TileTable, Tiling
 

@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from kendama_cli.cli.setup_work import amended
 from kendama_cli.config.laboratory import read_setup
+from kendama_cli.plugins.calibration.boards import calibration_document
 from kendama_cli.plugins.calibration.calibration import CalibratedCamera
-from kendama_cli.plugins.calibration.calibration_file import calibration_document
 from kendama_cli.plugins.calibration.setup import _settings
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.settings.game import GameSettings

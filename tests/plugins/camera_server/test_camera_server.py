@@ -24,7 +24,7 @@ from kendama_cli.devices.camera.calibration import camera_models
 from kendama_cli.devices.camera.interface import Frame, StaleFrame, open_cameras
 from kendama_cli.errors import ConfigError, HardwareError, InputError, MissingPartError
 from kendama_cli.plugins.camera_server import server
-from kendama_cli.plugins.camera_server.clock_offset import ClockOffset
+from kendama_cli.plugins.camera_server.remote import ClockOffset
 from kendama_cli.plugins.camera_server.settings import RemoteCamera
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.camera import DeviceCamera

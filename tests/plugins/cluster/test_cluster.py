@@ -17,7 +17,7 @@ import pytest
 from kendama_cli.errors import ConfigError
 from kendama_cli.plugins.cluster import task as cluster_task
 from kendama_cli.plugins.cluster.shared import open_shared
-from kendama_cli.plugins.cluster.shipped_files import placed_files
+from kendama_cli.plugins.cluster.task import placed_files
 from kendama_cli.schema.settings import build_value
 from kendama_cli.settings.executor import ExecutorSettings
 from kendama_cli.settings.store import StoreSettings

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from kendama_cli.errors import ConfigError, MissingPartError, OfflineError, RemoteError
-from kendama_cli.plugins.cluster.blob import SMALL_BYTES, Remote
-from kendama_cli.plugins.cluster.remote import FolderRemote, open_remote
+from kendama_cli.plugins.cluster.remote import SMALL_BYTES, FolderRemote, Remote, open_remote
 from kendama_cli.plugins.cluster.shared import SharedStore, open_shared, pull, push, send, verify_remote
 from kendama_cli.schema.settings import build
 from kendama_cli.settings.store import StoreSettings

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from kendama_cli.plugins.films.boxes import LabelledImage, labelled, read_labelled
-from kendama_cli.plugins.films.comparison import compare
+from kendama_cli.plugins.films.detect import compare
 from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.trained_detector import TrainedDetector
 from kendama_cli.plugins.films.training import teach

@@ -10,8 +10,8 @@ import urllib.request
 import numpy as np
 import pytest
 
-from kendama_cli.plugins.films.box_page import BoxPage
 from kendama_cli.plugins.films.boxes import labelled, read_labelled
+from kendama_cli.plugins.films.draw import BoxPage
 from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes
 from kendama_cli.plugins.films.film_stills import different, film_stills
 from kendama_cli.plugins.shared.videos.video import VideoFile

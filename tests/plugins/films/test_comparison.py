@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from kendama_cli.plugins.films.comparison import compare
+from kendama_cli.plugins.films.detect import compare
 from kendama_cli.vision.detection.interface import Sighting
 from tests.cli.typed import kendama
 from tests.vision.ball_films import write_labelled

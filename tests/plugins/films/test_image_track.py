@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kendama_cli.plugins.films.image_track import track
+from kendama_cli.plugins.films.ball_film import track
 from kendama_cli.vision.detection.interface import Sighting
 
 RADIUS_PX = 10.0

@@ -17,8 +17,7 @@ from kendama_cli.plugins.interact.conformance import (
     check_reset,
     resting_at,
 )
-from kendama_cli.plugins.interact.force import ForceController
-from kendama_cli.plugins.interact.impedance import ImpedanceController
+from kendama_cli.plugins.interact.impedance import ForceController, ImpedanceController
 from kendama_cli.plugins.interact.impedance_law import TaskReference
 from kendama_cli.plugins.interact.interface import JointTorque, TaskController, TaskState
 from kendama_cli.plugins.interact.open_controller import make_controller

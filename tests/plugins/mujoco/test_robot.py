@@ -17,8 +17,8 @@ mujoco = pytest.importorskip("mujoco", reason="mujoco (the extra 'mujoco') is no
 from kendama_cli.devices.robot.interface import JointCommand  # noqa: E402
 from kendama_cli.devices.robot.open_robot import open_robot  # noqa: E402
 from kendama_cli.errors import ConfigError, HardwareError, InputError, MissingPartError  # noqa: E402
+from kendama_cli.plugins.mujoco.arm_joints import RATE_RAD_S  # noqa: E402
 from kendama_cli.plugins.mujoco.files import read_lines  # noqa: E402
-from kendama_cli.plugins.mujoco.motors import RATE_RAD_S  # noqa: E402
 from kendama_cli.plugins.mujoco.robot import MujocoRobot  # noqa: E402
 from kendama_cli.plugins.suites.robot import CHECKS  # noqa: E402
 from kendama_cli.robot_model.cup import cup_frame  # noqa: E402

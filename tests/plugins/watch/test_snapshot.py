@@ -8,7 +8,7 @@ import pytest
 
 from kendama_cli.log.reader import LogFile
 from kendama_cli.log.writer import McapLog
-from kendama_cli.plugins.watch.snapshot import write_snapshot
+from kendama_cli.plugins.watch.drawing import write_snapshot
 from kendama_cli.store.checkpoint import DurableAppendFile
 from tests.log.test_writer import all_topics, messages
 

@@ -15,8 +15,7 @@ from kendama_cli.devices.demonstrator.interface import DemonstratorSample
 from kendama_cli.errors import ConfigError, HardwareError, KendamaError
 from kendama_cli.plugins.shared.streams.stream_file import StreamFile
 from kendama_cli.plugins.teleoperation.haptic.coupling import Coupling
-from kendama_cli.plugins.teleoperation.haptic.device_protocols import DEVICES, Grip, Told, Trouble
-from kendama_cli.plugins.teleoperation.haptic.haptic_line import HapticLine
+from kendama_cli.plugins.teleoperation.haptic.device_protocols import DEVICES, Grip, HapticLine, Told, Trouble
 from kendama_cli.plugins.teleoperation.haptic.period import Lateness, Period
 from kendama_cli.plugins.teleoperation.haptic.settings import HapticCapture
 from kendama_cli.plugins.teleoperation.haptic.way import DeviceWay

@@ -22,8 +22,14 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from kendama_cli.errors import UsageError
-from kendama_cli.plugins.teleoperation.play.joined import AGAIN, JoinedLine
-from kendama_cli.plugins.teleoperation.play.joining import HEADERS, WRONG_TOKEN, JoinedDevices, Joining
+from kendama_cli.plugins.teleoperation.play.joined import (
+    AGAIN,
+    HEADERS,
+    WRONG_TOKEN,
+    JoinedDevices,
+    JoinedLine,
+    Joining,
+)
 from kendama_cli.plugins.teleoperation.play.messages import LONGEST
 from kendama_cli.plugins.teleoperation.play.player import BYE, Player
 from kendama_cli.plugins.teleoperation.play.settings import PlaySettings

@@ -19,7 +19,7 @@ import numpy as np
 
 from kendama_cli.errors import HardwareError
 from kendama_cli.plugins.shared.streams.openigtlink import TRANSFORM, MessageStream, string, transform
-from kendama_cli.plugins.teleoperation.haptic.haptic_line import HapticLine
+from kendama_cli.plugins.teleoperation.haptic.device_protocols import HapticLine
 from tests.plugins.teleoperation.play.table_top import swing
 
 MASS_KG, STIFFNESS_N_M, DAMPING_N_S_M, PERIOD_S, WAIT_S = 1.0, 400.0, 30.0, 0.001, 0.5

@@ -17,7 +17,7 @@ from kendama_cli.plugins.shared.streams.openigtlink import (
     string,
     transform,
 )
-from kendama_cli.plugins.teleoperation.haptic.haptic_line import HapticLine
+from kendama_cli.plugins.teleoperation.haptic.device_protocols import HapticLine
 
 
 def test_the_checksum_is_that_of_ecma_182():
