@@ -127,8 +127,3 @@ def _lowest(grid: Array, squares: Array) -> float:
     before, at, after = squares[k - 1 : k + 2]
     curve = before - 2 * at + after
     return float(grid[k] + (grid[1] - grid[0]) * (np.clip((before - after) / (2 * curve), -1, 1) if curve > 0 else 0.0))
-
-
-def random_switches(seed: int, count: int) -> Array:
-    """Sample times (count,) [s] from 0 on: a light that stays for 60 to 240 ms, at random, repeats in no rhythm."""
-    return np.asarray(np.cumsum(np.random.default_rng(seed).uniform(0.06, 0.24, count)))

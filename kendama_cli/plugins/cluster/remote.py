@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import io
 import os
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Protocol
 
@@ -45,11 +46,8 @@ class Remote(Protocol):
     def size(self, name: str) -> int | None:
         """Return the size of a blob [bytes]; None if there is none."""
 
-    def write(self, name: str, source: Path) -> None:
-        """Make the content of ``source`` the blob: at once, whatever another writer does."""
-
-    def put(self, name: str, data: bytes) -> None:
-        """Write a small blob, as ``write`` does."""
+    def put(self, name: str, content: bytes | Path) -> None:
+        """Make ``content``, or that of a file, the blob: at once, whatever another writer does."""
 
     def names(self, prefix: str) -> Iterator[str]:
         """Return every blob whose name begins with the folder ``prefix``."""
@@ -66,6 +64,19 @@ def open_remote(settings: StoreSettings) -> Remote | None:
     return BucketRemote(settings)
 
 
+class Reached:
+    """Context whose errors go to ``absent``: it raises ours, or returns True for what alone is not there."""
+
+    def __init__(self, absent: Callable[[BaseException], bool]) -> None:
+        self._absent = absent
+
+    def __enter__(self) -> None:
+        """Do nothing: there is nothing to prepare."""
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        return error is not None and self._absent(error)
+
+
 class FolderRemote:
     """A folder that several machines mount. It is never made: an empty mount point is not the shared store."""
 
@@ -80,23 +91,16 @@ class FolderRemote:
     def read(self, name: str) -> bytes | None:
         """See ``Remote``."""
         with self._reached():
-            try:
-                path = self._folder / name
-                return path.read_bytes() if path.stat().st_size <= LARGEST_READ else b""
-            except (FileNotFoundError, NotADirectoryError):
-                return None
+            path = self._folder / name
+            return path.read_bytes() if path.stat().st_size <= LARGEST_READ else b""
+        return None
 
     def fetch(self, name: str, target: Path) -> bool:
         """See ``Remote``."""
-        with self._reached():
-            try:
-                source = (self._folder / name).open("rb")
-            except (FileNotFoundError, NotADirectoryError):
-                return False
-            with source, target.open("wb") as stream:
-                while part := source.read(1 << 20):
-                    stream.write(part)
-        return True
+        with self._reached(), (self._folder / name).open("rb") as source, target.open("wb") as stream:
+            shutil.copyfileobj(source, stream, 1 << 20)
+            return True
+        return False
 
     def opened(self, name: str, scratch: Path) -> IO[bytes] | None:
         """See ``Remote``."""
@@ -109,20 +113,16 @@ class FolderRemote:
     def size(self, name: str) -> int | None:
         """See ``Remote``."""
         with self._reached():
-            try:
-                return (self._folder / name).stat().st_size
-            except (FileNotFoundError, NotADirectoryError):
-                return None
+            return (self._folder / name).stat().st_size
+        return None
 
-    def write(self, name: str, source: Path) -> None:
+    def put(self, name: str, content: bytes | Path) -> None:
         """See ``Remote``."""
         with self._reached():
-            durable.copy_file(source, self._folder / name)
-
-    def put(self, name: str, data: bytes) -> None:
-        """See ``Remote``."""
-        with self._reached():
-            durable.write_file(self._folder / name, data)
+            if isinstance(content, Path):
+                durable.copy_file(content, self._folder / name)
+            else:
+                durable.write_file(self._folder / name, content)
 
     def names(self, prefix: str) -> Iterator[str]:
         """See ``Remote``."""
@@ -133,24 +133,16 @@ class FolderRemote:
                 for name in names
                 if not name.startswith(durable.SCRATCH)
             ]
-        yield from sorted(path.relative_to(self._folder).as_posix() for path in found)
+            yield from sorted(path.relative_to(self._folder).as_posix() for path in found)
 
-    def _reached(self) -> _Reached:
+    def _reached(self) -> Reached:
         if not self._folder.is_dir():
             raise OfflineError(self.place, f"store.remote={self.place}: there is no such folder (is it mounted?)")
-        return _Reached(self.place)
+        return Reached(self._absent)
 
-
-class _Reached:
-    """Context that turns the file system's refusals into an OfflineError."""
-
-    def __init__(self, place: str) -> None:
-        self._place = place
-
-    def __enter__(self) -> None:
-        """Do nothing: there is nothing to prepare."""
-
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+    def _absent(self, error: BaseException) -> bool:
+        """Raise an OfflineError for what the file system refuses."""
         cause = error.__cause__ if isinstance(error, StoreError) else error
-        if isinstance(cause, OSError):
-            raise OfflineError(self._place, f"store.remote={self._place}: {cause.strerror or cause}") from error
+        if isinstance(cause, OSError) and not isinstance(error, FileNotFoundError | NotADirectoryError):
+            raise OfflineError(self.place, f"store.remote={self.place}: {cause.strerror or cause}") from error
+        return cause is error and isinstance(error, OSError)

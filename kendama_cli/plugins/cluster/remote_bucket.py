@@ -6,10 +6,10 @@ import io
 from collections.abc import Iterator
 from datetime import timedelta
 from pathlib import Path
-from typing import IO, Any, NoReturn
+from typing import IO, Any
 
 from kendama_cli.errors import MissingPartError, OfflineError, RemoteError, install_line
-from kendama_cli.plugins.cluster.remote import LARGEST_READ, SMALL_BYTES
+from kendama_cli.plugins.cluster.remote import LARGEST_READ, SMALL_BYTES, Reached
 from kendama_cli.settings.store import StoreSettings
 
 try:
@@ -42,65 +42,43 @@ class BucketRemote:
 
     def read(self, name: str) -> bytes | None:
         """See ``Remote``."""
-        try:
+        with Reached(self._absent):
             found = obstore.get(self._store, name)
             return bytes(found.bytes()) if found.meta["size"] <= LARGEST_READ else b""
-        except (obstore.exceptions.BaseError, OSError) as error:
-            self._refuse_unless_absent(error)
-            return None
+        return None
 
     def fetch(self, name: str, target: Path) -> bool:
         """See ``Remote``."""
-        try:
+        with Reached(self._absent):
             _copy(obstore.get(self._store, name), target)
-        except (obstore.exceptions.BaseError, OSError) as error:
-            self._refuse_unless_absent(error)
-            return False
-        return True
+            return True
+        return False
 
     def opened(self, name: str, scratch: Path) -> IO[bytes] | None:
         """See ``Remote``."""
-        try:
+        with Reached(self._absent):
             found = obstore.get(self._store, name)
             if found.meta["size"] <= SMALL_BYTES:
                 return io.BytesIO(bytes(found.bytes()))
             _copy(found, scratch)
             return scratch.open("rb")
-        except (obstore.exceptions.BaseError, OSError) as error:
-            self._refuse_unless_absent(error)
-            return None
+        return None
 
     def size(self, name: str) -> int | None:
         """See ``Remote``."""
-        try:
+        with Reached(self._absent):
             return int(obstore.head(self._store, name)["size"])
-        except (obstore.exceptions.BaseError, OSError) as error:
-            self._refuse_unless_absent(error)
-            return None
+        return None
 
-    def write(self, name: str, source: Path) -> None:
+    def put(self, name: str, content: bytes | Path) -> None:
         """See ``Remote``."""
-        try:
-            obstore.put(self._store, name, source)
-        except (obstore.exceptions.BaseError, OSError) as error:
-            self._refuse(error)
-
-    def put(self, name: str, data: bytes) -> None:
-        """See ``Remote``."""
-        try:
-            obstore.put(self._store, name, data)
-        except (obstore.exceptions.BaseError, OSError) as error:
-            self._refuse(error)
+        with Reached(self._refuse):
+            obstore.put(self._store, name, content)
 
     def names(self, prefix: str) -> Iterator[str]:
         """See ``Remote``."""
-        try:
+        with Reached(self._refuse):
             yield from self._below(prefix)
-        except obstore.exceptions.InvalidPathError as error:
-            message = f"store.remote={self.place}: {_first_line(error)}; delete that object"
-            raise RemoteError(self.place, message) from error
-        except (obstore.exceptions.BaseError, OSError) as error:
-            self._refuse(error)
 
     def _below(self, folder: str) -> list[str]:
         """List a folder; where the library stumbles over a name that no path can have, whatever lies beside that."""
@@ -116,12 +94,18 @@ class BucketRemote:
         inner = [name for one in level["common_prefixes"] for name in self._below(str(one).rstrip("/"))]
         return [*(str(one["path"]) for one in level["objects"]), *inner]
 
-    def _refuse_unless_absent(self, error: Exception) -> None:
-        """Raise what ``error`` says, unless it is that the object alone is not there."""
-        if not isinstance(error, FileNotFoundError | obstore.exceptions.NotFoundError) or "NoSuchBucket" in str(error):
-            self._refuse(error)
+    def _absent(self, error: BaseException) -> bool:
+        """Return True if an object alone is not there; raises what ``error`` says otherwise."""
+        missing = isinstance(error, FileNotFoundError | obstore.exceptions.NotFoundError)
+        return (missing and "NoSuchBucket" not in str(error)) or self._refuse(error)
 
-    def _refuse(self, error: Exception) -> NoReturn:
+    def _refuse(self, error: BaseException) -> bool:
+        """Tell an error of the library in ours; any other one goes on."""
+        if not isinstance(error, obstore.exceptions.BaseError | OSError):
+            return False
+        if isinstance(error, obstore.exceptions.InvalidPathError):
+            message = f"store.remote={self.place}: {_first_line(error)}; delete that object"
+            raise RemoteError(self.place, message) from error
         text, begin = str(error), f"store.remote={self.place}:"
         if "NoSuchBucket" in text or isinstance(error, FileNotFoundError):
             raise RemoteError(self.place, f"{begin} there is no such bucket; make it, or name another") from error
@@ -139,5 +123,5 @@ def _copy(found: obstore.GetResult, target: Path) -> None:
             stream.write(part)
 
 
-def _first_line(error: Exception) -> str:
+def _first_line(error: BaseException) -> str:
     return str(error).strip().splitlines()[0][:160]

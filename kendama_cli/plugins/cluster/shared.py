@@ -96,7 +96,7 @@ class SharedStore:
         """Give an input file of a stage to the others; raises RemoteError where that cannot be done now."""
         name = _file_name(digest)
         if name not in self._given and self.remote.size(name) != path.stat().st_size:
-            self.remote.write(name, path)
+            self.remote.put(name, path)
         self._given.add(name)
 
     def fetch_file(self, digest: str, target: Path) -> None:
@@ -156,7 +156,7 @@ def send(remote: Remote, store: Store, result: StoredResult, *, anew: set[str] |
     name, path = _result_name(result.stage, result.key), store.result_path(result.stage, result.key)
     standing = None if name in anew else remote.read(name)
     if standing is None or isinstance(_checked(standing, name, result.stage, result.key), SharedDamage):
-        remote.write(name, path)
+        remote.put(name, path)
         wrote = True
     return wrote
 
@@ -251,7 +251,7 @@ def _send_artifact(remote: Remote, store: Store, artifact: Path, manifest: dict[
     with store.scratch_folder() as folder:
         with durable.plain_disk_errors(folder), (folder / "pack").open("wb") as stream:
             pack(artifact, manifest, stream)
-        remote.write(name, folder / "pack")
+        remote.put(name, folder / "pack")
 
 
 def _receive_artifact(remote: Remote, store: Store, digest: str) -> SharedDamage | None:

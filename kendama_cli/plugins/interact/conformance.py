@@ -14,7 +14,7 @@ import numpy as np
 
 from kendama_cli.motion.rotation import exp_of
 from kendama_cli.plugins.interact.interface import TaskController, TaskReference, TaskState
-from kendama_cli.plugins.interact.open_controller import make_controller
+from kendama_cli.plugins.interact.settings import make_controller
 
 MakeController = Callable[[], TaskController]
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from kendama_cli.errors import ConfigError
+from kendama_cli.plugins.interact.interface import TaskController
 from kendama_cli.schema.registry import ChosenSettings, Registry
 from kendama_cli.schema.settings import setting
 
@@ -102,3 +103,9 @@ class InteractSettings:
     def __post_init__(self) -> None:
         if not self.script:
             raise ConfigError("script", "'script' is empty; allowed: one step or more")
+
+
+def make_controller(settings: ControllerSettings) -> TaskController:
+    """Return the controller of the kind that ``settings`` choose."""
+    made: TaskController = CONTROLLERS.maker(settings.kind)(settings)
+    return made

@@ -14,9 +14,8 @@ from kendama_cli.motion.rotation import quaternion_of
 from kendama_cli.plugins.interact.artifact import InteractionResult
 from kendama_cli.plugins.interact.interface import TaskReference
 from kendama_cli.plugins.interact.messages import ContactMessage
-from kendama_cli.plugins.interact.open_controller import make_controller
 from kendama_cli.plugins.interact.scene_settings import SceneSettings, StaticBody
-from kendama_cli.plugins.interact.settings import InteractSettings
+from kendama_cli.plugins.interact.settings import InteractSettings, make_controller
 from kendama_cli.plugins.interact.task_path import TaskPath
 from kendama_cli.plugins.interact.world import ProbeWorld
 from kendama_cli.robot_model.limits import JointLimits

@@ -8,7 +8,6 @@ the highest posterior mean is replayed. No rollout looks at the ball.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,11 +20,9 @@ from kendama_cli.learning.decision import task_meaning
 from kendama_cli.learning.exploration import explores
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.reward import Outcome
-from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
-from kendama_cli.learning.statistics import LearningCount
-from kendama_cli.plugins.learners.open_loop import PARAMETERS, OpenLoopPolicy, ranges, sealed_swing, swing_of, worth
+from kendama_cli.plugins.learners.open_loop import PARAMETERS, OpenLoopPolicy, SwingLearner, ranges, worth
 from kendama_cli.plugins.learners.settings import BayesSettings
 from kendama_cli.schema.arrays import Array
 
@@ -56,48 +53,27 @@ class GaussianProcess:
         return kernel
 
 
-class BayesLearner(RolloutLearner):
+class BayesLearner(SwingLearner):
     """Plays the swing of the highest bound, and replays that of the highest mean. See the module."""
+
+    _actor: OpenLoopPolicy
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
         """Start from nothing, or from the swing of a ``policy``, which is replayed until it fails."""
         assert isinstance(settings.learner, BayesSettings)
-        self._settings, self._own = settings, settings.learner
-        self.count = LearningCount(succeeded_ever=policy is not None)
+        self._own = settings.learner
         self._centre, self._spread = ranges(settings)
+        super().__init__(settings, self._centre, policy, OpenLoopPolicy)
         self._points, self._worths = np.zeros((0, PARAMETERS)), np.zeros(0)
-        self._greedy = self._centre if policy is None else swing_of(policy)
-        self._best, self._best_streak = self._greedy, 0
-        self._present, self._explored = self._greedy, False
-        self._actor = OpenLoopPolicy(sealed_swing(self._greedy, settings), settings)
-        self._rollout = RewardedActor(self._actor, settings.reward)
+        self._present = self._greedy
 
-    @classmethod
-    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> BayesLearner:
-        """Return the learner that ``state()`` described, between the same two rollouts."""
-        learner = cls(settings)
-        learner.count = LearningCount(**state["count"])
-        learner._points, learner._worths = np.array(state["points"]), np.array(state["worths"])
-        learner._greedy, learner._best = np.array(state["greedy"]), np.array(state["best"])
-        learner._best_streak = int(state["best_streak"])
-        return learner
+    def _restore(self, state: Mapping[str, Any]) -> None:
+        super()._restore(state)
+        self._points, self._worths = np.array(state["points"]), np.array(state["worths"])
 
     def state(self) -> dict[str, Any]:
         """Return the learner between two rollouts: what was played, what it was worth, and JSON values."""
-        return {
-            "count": dataclasses.asdict(self.count),
-            "points": np.array(self._points),
-            "worths": np.array(self._worths),
-            "greedy": self._greedy.tolist(),
-            "best": self._best.tolist(),
-            "best_streak": self._best_streak,
-        }
-
-    @property
-    def policy(self) -> PolicyArtifact:
-        """The swing that is replayed, unless an earlier one had the longer streak while it was frozen; sealed."""
-        longer = self._best_streak > self.count.streak
-        return sealed_swing(self._best if longer else self._greedy, self._settings)
+        return {**super().state(), "points": np.array(self._points), "worths": np.array(self._worths)}
 
     def begin_rollout(self, rng: Generator) -> None:
         """Replay the best swing, or play the one of the highest bound among candidates from ``rng``."""
@@ -109,8 +85,7 @@ class BayesLearner(RolloutLearner):
             if len(self._points) and not self.count.streak:
                 self._greedy = self._swing(self._highest(self._points, 0.0))
             self._present = self._greedy
-        self._actor.play(self._present)
-        self._rollout = RewardedActor(self._actor, self._settings.reward)
+        self._play(self._present)
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Add what the swing was worth, and count; ``state`` is the last reading."""
@@ -120,11 +95,7 @@ class BayesLearner(RolloutLearner):
             point = (self._present - self._centre) / self._spread
             self._points = np.vstack([self._points, point])
             self._worths = np.append(self._worths, found / self._settings.reward.goal)
-        longer = max(self._settings.count.learned_streak, self._best_streak + 1)
-        if not (self._explored or success) and self.count.streak >= longer:
-            self._best, self._best_streak = self._greedy, self.count.streak
-        self.count = self.count.after(explored=self._explored, success=success, settings=self._settings.count)
-        return FinishedRollout(self.count.rollouts, self._explored, success, reward, self._rollout.decisions)
+        return self._counted(reward, success=success)
 
     def _candidates(self, rng: Generator) -> Array:
         anywhere = rng.uniform(-self._own.reach, self._own.reach, (self._own.candidates, PARAMETERS))

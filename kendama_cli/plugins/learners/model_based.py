@@ -9,7 +9,6 @@ PILCO (M. Deisenroth and C. Rasmussen, ICML 2011), with Gaussian processes; as t
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -21,11 +20,9 @@ from kendama_cli.artifacts.policy import PolicyArtifact
 from kendama_cli.learning.decision import BinActor, HeldAction, task_meaning
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.reward import Outcome
-from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
-from kendama_cli.learning.statistics import LearningCount
-from kendama_cli.plugins.learners.open_loop import sealed_swing, swing_of, wanted
+from kendama_cli.plugins.learners.open_loop import SwingLearner, swing_of, wanted
 from kendama_cli.plugins.learners.settings import ModelBasedSettings
 from kendama_cli.plugins.learners.swing_model import SwingModel
 from kendama_cli.plugins.learners.swing_planner import SwingPlanner
@@ -65,43 +62,30 @@ class SwingPolicy(BinActor):
         return max(actions[0], min(actions[-1], asked))
 
 
-class ModelBasedLearner(RolloutLearner):
+class ModelBasedLearner(SwingLearner):
     """Learner that fits a model to the rollouts so far, and plays what a search finds in it. See the module."""
+
+    _actor: SwingPolicy
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
         """Start from nothing, or from the swing of a ``policy``, which is played until it fails."""
         assert isinstance(settings.learner, ModelBasedSettings)
-        self._settings, self._own = settings, settings.learner
-        self.count = LearningCount(succeeded_ever=policy is not None)
-        noise = settings.noise
+        super().__init__(settings, np.zeros(3), policy, SwingPolicy)
+        self._own, noise = settings.learner, settings.noise
         self._model = SwingModel(math.radians(noise.angle_reading_deg), noise.rate_reading_rad_s)
         self._planner = SwingPlanner(settings)
-        self._greedy = np.zeros(3) if policy is None else swing_of(policy)
-        self._best, self._best_streak = self._greedy, 0
         self._plans, self._seen = policy is None, 0
-        self._explored = False
-        self._actor = SwingPolicy(sealed_swing(self._greedy, settings), settings)
-        self._rollout = RewardedActor(self._actor, settings.reward)
 
-    @classmethod
-    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> ModelBasedLearner:
-        """Rebuild the learner that ``state()`` described, between the same two rollouts."""
-        learner = cls(settings)
-        learner.count = LearningCount(**state["count"])
-        learner._greedy, learner._best = np.array(state["greedy"]), np.array(state["best"])
-        learner._best_streak, learner._seen = int(state["best_streak"]), int(state["seen"])
-        learner._plans = bool(state["plans"])
-        learner._model.gram, learner._model.moment = np.array(state["gram"]), np.array(state["moment"])
-        learner._model.squares, learner._model.equations = float(state["squares"]), int(state["equations"])
-        return learner
+    def _restore(self, state: Mapping[str, Any]) -> None:
+        super()._restore(state)
+        self._plans, self._seen = bool(state["plans"]), int(state["seen"])
+        self._model.gram, self._model.moment = np.array(state["gram"]), np.array(state["moment"])
+        self._model.squares, self._model.equations = float(state["squares"]), int(state["equations"])
 
     def state(self) -> dict[str, Any]:
         """Return the learner between two rollouts: the model's normal equations, and JSON values."""
         return {
-            "count": dataclasses.asdict(self.count),
-            "greedy": self._greedy.tolist(),
-            "best": self._best.tolist(),
-            "best_streak": self._best_streak,
+            **super().state(),
             "seen": self._seen,
             "plans": self._plans,
             "gram": np.array(self._model.gram),
@@ -110,19 +94,12 @@ class ModelBasedLearner(RolloutLearner):
             "equations": self._model.equations,
         }
 
-    @property
-    def policy(self) -> PolicyArtifact:
-        """The swing that was found last, unless an earlier one had the longer streak while it was frozen; sealed."""
-        longer = self._best_streak > self.count.streak
-        return sealed_swing(self._best if longer else self._greedy, self._settings)
-
     def begin_rollout(self, rng: Generator) -> None:
         """Play a drawn swing, the last one that was found, or another one that ``rng`` helps to find."""
         self._explored = self._plans and self._seen < self._own.sampled_rollouts
         if self._plans and not self._explored:
             self._greedy = self._planner.found(self._model, self._greedy if self._greedy.any() else None, rng)
-        self._actor.play(self._planner.drawn(rng) if self._explored else self._greedy)
-        self._rollout = RewardedActor(self._actor, self._settings.reward)
+        self._play(self._planner.drawn(rng) if self._explored else self._greedy)
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Add the readings to the model and count; ``state`` is the last reading."""
@@ -130,13 +107,8 @@ class ModelBasedLearner(RolloutLearner):
         if not self.count.frozen(self._settings.count):
             self._model.add(self._actor.times_s, self._actor.readings)
             self._seen += 1
-        if not (self._explored or success) and self.count.streak >= max(
-            self._settings.count.learned_streak, self._best_streak + 1
-        ):
-            self._best, self._best_streak = self._greedy, self.count.streak
         self._plans = self._explored or not success
-        self.count = self.count.after(explored=self._explored, success=success, settings=self._settings.count)
-        return FinishedRollout(self.count.rollouts, self._explored, success, reward, self._rollout.decisions)
+        return self._counted(reward, success=success)
 
 
 MODEL_BASED = LearnerMaker(

@@ -16,8 +16,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.random import Generator
@@ -27,7 +27,7 @@ from kendama_cli.learning.decision import NEVER_S, ROUNDING_S, task_meaning
 from kendama_cli.learning.interface import FinishedRollout, LearnerMaker
 from kendama_cli.learning.parameter_search import Generation, parameter_search
 from kendama_cli.learning.reward import Outcome
-from kendama_cli.learning.rewarded_actor import RewardedActor, RolloutLearner
+from kendama_cli.learning.rewarded_actor import CountingActor, RewardedActor, RolloutLearner
 from kendama_cli.learning.settings import LearnSettings
 from kendama_cli.learning.state import SwingState
 from kendama_cli.learning.statistics import LearningCount
@@ -90,48 +90,102 @@ class OpenLoopPolicy:
         return self._acceleration
 
 
-class OpenLoopLearner(RolloutLearner):
+class SwingActor(CountingActor, Protocol):
+    """Actor that plays a swing."""
+
+    def play(self, swing: Array) -> None:
+        """Begin a rollout that plays ``swing`` (3,)."""
+
+
+class SwingLearner(RolloutLearner):
+    """Learner that replays a swing until it fails, and seals that of the longest streak while it was frozen."""
+
+    _actor: SwingActor
+
+    def __init__(
+        self,
+        settings: LearnSettings,
+        start: Array,
+        policy: PolicyArtifact | None,
+        actor: Callable[[PolicyArtifact, LearnSettings], SwingActor],
+    ) -> None:
+        """Start from the swing ``start`` (3,), or from that of a ``policy``."""
+        self._settings = settings
+        self.count = LearningCount(succeeded_ever=policy is not None)
+        self._greedy = self._best = start if policy is None else swing_of(policy)
+        self._best_streak, self._explored = 0, False
+        self._actor = actor(sealed_swing(self._greedy, settings), settings)
+        self._rollout = RewardedActor(self._actor, settings.reward)
+
+    @classmethod
+    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> Self:
+        """Return the learner that ``state()`` described, between the same two rollouts."""
+        learner = cls(settings)  # type: ignore[call-arg]  # as the learners of this folder are made
+        learner._restore(state)
+        return learner
+
+    def _restore(self, state: Mapping[str, Any]) -> None:
+        self.count = LearningCount(**state["count"])
+        self._greedy, self._best = np.array(state["greedy"]), np.array(state["best"])
+        self._best_streak = int(state["best_streak"])
+
+    def state(self) -> dict[str, Any]:
+        """Return the learner between two rollouts: arrays and JSON values."""
+        return {
+            "count": dataclasses.asdict(self.count),
+            "greedy": self._greedy.tolist(),
+            "best": self._best.tolist(),
+            "best_streak": self._best_streak,
+        }
+
+    @property
+    def policy(self) -> PolicyArtifact:
+        """The swing that is replayed, unless an earlier one had the longer streak while it was frozen; sealed."""
+        longer = self._best_streak > self.count.streak
+        return sealed_swing(self._best if longer else self._greedy, self._settings)
+
+    def _play(self, swing: Array) -> None:
+        self._actor.play(swing)
+        self._rollout = RewardedActor(self._actor, self._settings.reward)
+
+    def _counted(self, reward: float, *, success: bool) -> FinishedRollout:
+        """Count a rollout that has ended, and keep the swing of the longest streak."""
+        longer = max(self._settings.count.learned_streak, self._best_streak + 1)
+        if not (self._explored or success) and self.count.streak >= longer:
+            self._best, self._best_streak = self._greedy, self.count.streak
+        self.count = self.count.after(explored=self._explored, success=success, settings=self._settings.count)
+        return FinishedRollout(self.count.rollouts, self._explored, success, reward, self._rollout.decisions)
+
+
+class OpenLoopLearner(SwingLearner):
     """Tries generations of swings, and replays the centre of the search once it is good. See the module."""
+
+    _actor: OpenLoopPolicy
 
     def __init__(self, settings: LearnSettings, policy: PolicyArtifact | None = None) -> None:
         """Start from the centre of the settings' ranges, or from the swing of a ``policy``, which is replayed first."""
         assert isinstance(settings.learner, OpenLoopSettings)
-        self._settings, self._own = settings, settings.learner
-        self.count = LearningCount(succeeded_ever=policy is not None)
-        self._centre, self._spread = ranges(settings)
-        if policy is not None:
-            self._centre = swing_of(policy)
+        centre, self._spread = ranges(settings)
+        super().__init__(settings, centre, policy, OpenLoopPolicy)
+        self._own, self._centre = settings.learner, self._greedy
         self._costs: list[list[float]] = [[]]
         self._seed: int | None = None
         self._generation: Generation | None = None
         self._replays = policy is not None
-        self._greedy = self._best = self._centre
-        self._best_streak = 0
-        self._explored = False
         self._successes = self._barren = 0
-        self._actor = OpenLoopPolicy(sealed_swing(self._centre, settings), settings)
-        self._rollout = RewardedActor(self._actor, settings.reward)
 
-    @classmethod
-    def from_state(cls, settings: LearnSettings, state: Mapping[str, Any]) -> OpenLoopLearner:
-        """Rebuild the learner that ``state()`` described, between the same two rollouts."""
-        learner = cls(settings)
-        learner.count = LearningCount(**state["count"])
-        learner._centre, learner._greedy, learner._best = (np.array(state[key]) for key in ("centre", "greedy", "best"))
-        learner._costs, learner._seed = [list(one) for one in state["costs"]], state["seed"]
-        learner._best_streak, learner._successes = int(state["best_streak"]), int(state["successes"])
-        learner._barren = int(state["barren"])
-        learner._replays = bool(state["replays"])
-        return learner
+    def _restore(self, state: Mapping[str, Any]) -> None:
+        super()._restore(state)
+        self._centre = np.array(state["centre"])
+        self._costs, self._seed = [list(one) for one in state["costs"]], state["seed"]
+        self._successes, self._barren = int(state["successes"]), int(state["barren"])
+        self._replays = bool(state["replays"])
 
     def state(self) -> dict[str, Any]:
         """Return the learner between two rollouts, as JSON values."""
         return {
-            "count": dataclasses.asdict(self.count),
+            **super().state(),
             "centre": self._centre.tolist(),
-            "greedy": self._greedy.tolist(),
-            "best": self._best.tolist(),
-            "best_streak": self._best_streak,
             "costs": [list(one) for one in self._costs],
             "seed": self._seed,
             "successes": self._successes,
@@ -139,21 +193,12 @@ class OpenLoopLearner(RolloutLearner):
             "replays": self._replays,
         }
 
-    @property
-    def policy(self) -> PolicyArtifact:
-        """The centre of the search, unless an earlier one had the longer streak while it was frozen; sealed."""
-        longer = self._best_streak > self.count.streak
-        return sealed_swing(self._best if longer else self._greedy, self._settings)
-
     def begin_rollout(self, rng: Generator) -> None:
         """Replay the centre, or try the next swing of the generation; the first rollout draws the search's seed."""
         if self._seed is None:
             self._seed = int(rng.integers(2**31))
         self._explored = not self._replays
-        self._actor.play(
-            self._swing(self._searched().proposals[len(self._costs[-1])]) if self._explored else self._greedy
-        )
-        self._rollout = RewardedActor(self._actor, self._settings.reward)
+        self._play(self._swing(self._searched().proposals[len(self._costs[-1])]) if self._explored else self._greedy)
 
     def end_rollout(self, outcome: Outcome, state: SwingState, miss_m: float | None = None) -> FinishedRollout:
         """Count, and put what a variation cost to its generation; ``state`` is the last reading."""
@@ -164,11 +209,8 @@ class OpenLoopLearner(RolloutLearner):
             if len(self._costs[-1]) == self._own.generation:
                 self._end_generation()
         else:
-            if not success and self.count.streak >= max(self._settings.count.learned_streak, self._best_streak + 1):
-                self._best, self._best_streak = self._greedy, self.count.streak
             self._replays = success
-        self.count = self.count.after(explored=self._explored, success=success, settings=self._settings.count)
-        return FinishedRollout(self.count.rollouts, self._explored, success, reward, self._rollout.decisions)
+        return self._counted(reward, success=success)
 
     def _cost(self, reward: float, outcome: Outcome) -> float:
         """Return the reward lost, less up to half of a near miss's for a ball that swung high."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from kendama_cli.pipeline.catalogue import Pipeline
 from kendama_cli.pipeline.plan import NEVER_RAN
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
+from kendama_cli.pipeline.runner import Observer
 from kendama_cli.report.tables import label_and_unit, number
 
 _SHOWN_METRICS = 4
@@ -34,10 +35,13 @@ class StageStatus:
 
 
 class RunStatus:
-    """The Observer of one run; ``version`` counts its events."""
+    """The Observer of one run, which reports to ``view`` too; ``version`` counts its events.
 
-    def __init__(self, record: RunRecord, pipeline: Pipeline) -> None:
-        self._record = record
+    ``first`` is called when the first stage has to be computed.
+    """
+
+    def __init__(self, record: RunRecord, pipeline: Pipeline, view: Observer, first: Callable[[], None]) -> None:
+        self._record, self._view, self._first = record, view, first
         self._lock = threading.Lock()
         self._stages = {spec.name: StageStatus(spec.name, spec.declaration.title) for spec in pipeline.stages}
         self._outcome = "running"
@@ -56,10 +60,14 @@ class RunStatus:
 
     def stage_waits(self, name: str) -> None:
         """Note that another run on this home is computing the stage."""
+        self._view.stage_waits(name)
         self._tell(name, state="waits", note="another run is computing it")
 
     def stage_starts(self, name: str, key: str | None, reasons: tuple[str, ...]) -> None:
         """Note that a worker for the stage has started."""
+        first, self._first = self._first, _nothing
+        first()
+        self._view.stage_starts(name, key, reasons)
         self._tell(
             name,
             state="runs",
@@ -70,10 +78,12 @@ class RunStatus:
 
     def stage_progress(self, name: str, done: int, total: int | None, figures: Mapping[str, Any]) -> None:
         """Note the progress that the stage reports."""
+        self._view.stage_progress(name, done, total, figures)
         self._tell(name, done=done, total=total, figures=figures)
 
     def stage_ends(self, outcome: StageOutcome) -> None:
         """Note that the stage ran, was cached, or failed."""
+        self._view.stage_ends(outcome)
         metrics = {name: value for name, value in outcome.metrics.items() if name != "warnings"}
         self._tell(
             outcome.name,
@@ -107,6 +117,10 @@ class RunStatus:
         with self._lock:
             self._stages[name] = dataclasses.replace(self._stages[name], **said)
             self.version += 1
+
+
+def _nothing() -> None:
+    """Do what is done when a later stage starts."""
 
 
 def _document(stage: StageStatus, now_s: float) -> dict[str, Any]:

@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kendama_cli.plugins.calibration.latency import Blinks, measure_delay, random_switches
+from kendama_cli.plugins.calibration.latency import Blinks, measure_delay
 
 DELAY_S = 0.037
+
+
+def random_switches(seed: int, count: int) -> np.ndarray:
+    """Times at which the light of blink.html may switch: it stays for 60 to 240 ms, at random."""
+    return np.cumsum(np.random.default_rng(seed).uniform(0.06, 0.24, count))
 
 
 def film(

@@ -130,7 +130,7 @@ def test_every_byte_that_is_changed_on_the_way_is_found_and_nothing_of_it_is_use
                 else bytes(byte ^ 1 if i == place else byte for i, byte in enumerate(sound))
             )
             (tmp_path / "broken").write_bytes(broken)
-            remote.write(name, tmp_path / "broken")
+            remote.put(name, tmp_path / "broken")
             told: list[str] = []
             found = joined(tmp_path / f"{Path(name).name}{number}", remote, told).find(made.stage, made.key)
             if found is not None:  # a byte of the archive that says nothing: an owner, padding
@@ -140,7 +140,7 @@ def test_every_byte_that_is_changed_on_the_way_is_found_and_nothing_of_it_is_use
             assert "is damaged" in told[0]
             assert [one.name for one in verify_remote(one, remote)[1]] == [name]
         (tmp_path / "broken").write_bytes(sound)
-        remote.write(name, tmp_path / "broken")
+        remote.put(name, tmp_path / "broken")
     assert verify_remote(one, remote) == (2, [])
 
 
@@ -165,7 +165,7 @@ def test_what_is_damaged_there_is_made_again_and_replaced(tmp_path: Path, remote
     send(remote, one, made)
     name = next(remote.names("objects"))
     (tmp_path / "broken").write_bytes(bytes(len(remote.read(name) or b"")))
-    remote.write(name, tmp_path / "broken")
+    remote.put(name, tmp_path / "broken")
     other = joined(tmp_path / "other", remote)
     assert other.find(made.stage, made.key) is None
     assert other.share(made_in(other))

@@ -20,7 +20,7 @@ from kendama_cli.plugins.interact.conformance import (
 from kendama_cli.plugins.interact.impedance import ForceController, ImpedanceController
 from kendama_cli.plugins.interact.impedance_law import TaskReference
 from kendama_cli.plugins.interact.interface import JointTorque, TaskController, TaskState
-from kendama_cli.plugins.interact.open_controller import make_controller
+from kendama_cli.plugins.interact.settings import make_controller
 from kendama_cli.schema.arrays import Array
 from tests.plugins.interact.shipped_scene import controller
 

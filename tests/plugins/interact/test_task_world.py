@@ -12,8 +12,7 @@ from kendama_cli.motion.rotation import exp_of
 from kendama_cli.plugins.interact.conformance import resting_at
 from kendama_cli.plugins.interact.impedance_law import pose_error
 from kendama_cli.plugins.interact.interface import JointTorque
-from kendama_cli.plugins.interact.open_controller import make_controller
-from kendama_cli.plugins.interact.settings import ProbeSettings
+from kendama_cli.plugins.interact.settings import ProbeSettings, make_controller
 from kendama_cli.plugins.interact.world import ProbeWorld, coriolis_nm
 from kendama_cli.simulation.dart.stepper import STEP_S
 from tests.plugins.interact.shipped_scene import body, controller, press, scene

@@ -16,6 +16,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from kendama_cli.cli.progress import PlainLines
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
 from kendama_cli.plugins.shared.web.listening import listen
@@ -60,7 +61,7 @@ class Running:
         settings = {"dice": {"toy": DiceSettings(6)}}
         self.record = RunRecord(home, "00007-abcdef", "games", ["seed=3"], "today")
         self.planner = cast(Any, SimpleNamespace(store=store, pipeline=pipeline, settings=settings))
-        self.status = RunStatus(self.record, cast(Any, pipeline))
+        self.status = RunStatus(self.record, cast(Any, pipeline), PlainLines(), lambda: None)
         folder = CheckpointFolder(store.checkpoint_folder("dice", "key"))
         self.stage = WorkerContext(seed=1, checkpoints=folder, topics=TOPICS, emit=self._heard)
         self._thrown = 0
