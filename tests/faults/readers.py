@@ -25,7 +25,7 @@ from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.log.writer import McapLog
 from kendama_cli.motion.dmp.plan_text import plan_text
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.plugins.shared.recordings.flight_reader import read_tracks
+from kendama_cli.plugins.shared.recordings.reader import read_tracks
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.foxglove import FrameTransform
 from kendama_cli.stages.capture import STAGE as CAPTURE

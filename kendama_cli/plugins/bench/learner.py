@@ -20,8 +20,7 @@ from kendama_cli.errors import StageError
 from kendama_cli.learning.decision import greedy_column
 from kendama_cli.plugins.bench.artifact import TilePolicy
 from kendama_cli.plugins.bench.settings import BenchSettings
-from kendama_cli.plugins.bench.spaces import Levels, Numbers, bounds, flat, widened
-from kendama_cli.plugins.bench.tiles import TileTable, Tiling
+from kendama_cli.plugins.bench.tiles import Levels, Numbers, TileTable, Tiling, bounds, flat, widened
 
 _FASTEST = 4.0
 """Shortest period of a harmonic, in actions."""

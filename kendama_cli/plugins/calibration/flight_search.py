@@ -10,7 +10,7 @@ import numpy as np
 import scipy.constants
 from numpy.typing import NDArray
 
-from kendama_cli.plugins.shared.recordings.flight_reader import RecordedTrack
+from kendama_cli.plugins.shared.recordings.reader import RecordedTrack
 from kendama_cli.schema.arrays import Array
 
 GRAVITY_M_S2 = scipy.constants.g

@@ -103,7 +103,7 @@ def _refuse_repeated(files: Sequence[Path], calibrate: Sequence[Path]) -> None:
 def _flights(paths: Sequence[Path]) -> list[RecordedFlight]:
     """Return the flights of all files, and tell what is left out; raises InputError if no file has any."""
     from kendama_cli.plugins.calibration.flight_search import DROP_M, FLIGHT_S, find_flights, left_rising
-    from kendama_cli.plugins.shared.recordings.flight_reader import read_tracks  # pandas
+    from kendama_cli.plugins.shared.recordings.reader import read_tracks  # pandas
 
     found, notes, tracks = [], [], 0
     for path in paths:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kendama_cli.plugins.films.ball_box import BallBox, TrainedImage
-from kendama_cli.plugins.films.patch_features import BALL_PX, COUNT, Features, patch_features, scaled
+from kendama_cli.plugins.films.patches import BALL_PX, COUNT, Features, patch_features, scaled
 from kendama_cli.vision.detection.interface import Image
 
 Values = NDArray[np.float32]

@@ -17,12 +17,10 @@ from typing import Any
 
 from kendama_cli.cli import render
 from kendama_cli.errors import KendamaError, UsageError
-from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes, drawn_before
-from kendama_cli.plugins.films.film_stills import film_stills
+from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes, drawn_before, film_stills
 from kendama_cli.plugins.films.swing_boxes import swing_boxes
 from kendama_cli.plugins.shared.videos.video import VideoFile
-from kendama_cli.plugins.shared.web.listening import Listening, listen
-from kendama_cli.plugins.shared.web.loopback import NOT_FOUND, Answer, Asked, LoopbackServer
+from kendama_cli.plugins.shared.web.loopback import NOT_FOUND, Answer, Asked, Listening, LoopbackServer, listen
 
 ASSETS = {"boxes.css": "text/css", "boxes.js": "text/javascript"}
 POLICY = (

@@ -11,7 +11,7 @@ import numpy as np
 
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.films.ball_patches import SCALES
-from kendama_cli.plugins.films.patch_features import BALL_PX, COUNT, feature_strips, scaled
+from kendama_cli.plugins.films.patches import BALL_PX, COUNT, feature_strips, scaled
 from kendama_cli.plugins.films.settings import TrainedDetectorSettings
 from kendama_cli.plugins.films.training import TrainedBall
 from kendama_cli.schema.arrays import Array

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from kendama_cli.plugins.films.ball_box import FEWEST_BOXES, TrainedImage, refuse_boxes
 from kendama_cli.plugins.films.ball_patches import Patches, all_patches, median_radius_px
-from kendama_cli.plugins.films.patch_classifier import PatchClassifier, Training, Values, standardised
-from kendama_cli.plugins.films.patch_features import COUNT, DIRECTIONS, turned
+from kendama_cli.plugins.films.patches import COUNT, DIRECTIONS, PatchClassifier, Training, Values, standardised, turned
 from kendama_cli.schema.unpacking import unpacked_arrays
 
 CHECK_STEPS = 300

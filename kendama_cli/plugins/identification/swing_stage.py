@@ -20,7 +20,7 @@ from kendama_cli.physics.taut_rope import TautRope
 from kendama_cli.plugins.identification.messages import FreeSwingMessage
 from kendama_cli.plugins.identification.settings import SwingMeasurement, TrackMeasurement
 from kendama_cli.plugins.shared.kendama_fit import FreeSwing, KendamaFit, measure_kendama, swing_in_its_plane
-from kendama_cli.plugins.shared.recordings.flight_reader import RecordedTrack, read_tracks
+from kendama_cli.plugins.shared.recordings.reader import RecordedTrack, read_tracks
 from kendama_cli.robot_model.placement.placement import CupLine, cup_line
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.hardware import HardwareSettings

@@ -44,7 +44,7 @@ def play(
 
     from kendama_cli.config.compose import composed
     from kendama_cli.pipeline.nodes import build_settings
-    from kendama_cli.plugins.shared.web.listening import listen, own_address
+    from kendama_cli.plugins.shared.web.loopback import listen, own_address
     from kendama_cli.plugins.teleoperation.play.capture import doubt_of
 
     # before all that takes seconds to import
@@ -98,7 +98,7 @@ def _invitation(address: str, code: str, fingerprint: str) -> str:
 
 def _joining(listening: socket.socket) -> Joining:
     """Return how phones join; raises MissingPartError where that part or its libraries are not installed."""
-    from kendama_cli.plugins.shared.web.listening import own_address
+    from kendama_cli.plugins.shared.web.loopback import own_address
     from kendama_cli.plugins.teleoperation.play.joined import JOINS, Joining
     from kendama_cli.schema.registry import declared, resolve
 

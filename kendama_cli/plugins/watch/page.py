@@ -14,7 +14,7 @@ from kendama_cli.cli.run_work import Watcher
 from kendama_cli.pipeline.plan import Planner
 from kendama_cli.pipeline.record import RunRecord
 from kendama_cli.pipeline.runner import Observer
-from kendama_cli.plugins.shared.web.listening import Listening, listen
+from kendama_cli.plugins.shared.web.loopback import Listening, listen
 
 if TYPE_CHECKING:
     from kendama_cli.plugins.watch.server import LivePage

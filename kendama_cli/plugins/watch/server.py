@@ -9,8 +9,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from kendama_cli.pipeline.plan import Planner
-from kendama_cli.plugins.shared.web.listening import Listening
-from kendama_cli.plugins.shared.web.loopback import NOT_FOUND, Answer, Asked, LoopbackServer
+from kendama_cli.plugins.shared.web.loopback import NOT_FOUND, Answer, Asked, Listening, LoopbackServer
 from kendama_cli.plugins.watch.drawing import Drawing
 from kendama_cli.plugins.watch.pages import frame_page
 from kendama_cli.plugins.watch.status import RunStatus

@@ -21,8 +21,7 @@ from kendama_cli.learning.sarsa import ValueTable
 from kendama_cli.learning.updates import Transition
 from kendama_cli.plugins.bench.learn_on import learn_on
 from kendama_cli.plugins.bench.learner import Harmonics, TabularLearner
-from kendama_cli.plugins.bench.spaces import Levels, bounds, widened
-from kendama_cli.plugins.bench.tiles import TileTable, Tiling
+from kendama_cli.plugins.bench.tiles import Levels, TileTable, Tiling, bounds, widened
 
 
 class Homing(gymnasium.Env[Any, Any]):

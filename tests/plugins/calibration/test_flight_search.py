@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.plugins.calibration.flight_search import find_flights
-from kendama_cli.plugins.shared.recordings.flight_reader import RecordedTrack
+from kendama_cli.plugins.shared.recordings.reader import RecordedTrack
 from tests.plugins.shared.flights import session, throw
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from kendama_cli.plugins.calibration.flight_search import find_flights
 from kendama_cli.plugins.calibration.flight_trial import try_flights
-from kendama_cli.plugins.shared.recordings.flight_reader import read_tracks
+from kendama_cli.plugins.shared.recordings.reader import read_tracks
 
 FOLDER = Path(__file__).parents[3].parent / "shared" / "data" / "jugglebot"
 

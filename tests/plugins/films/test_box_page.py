@@ -12,10 +12,9 @@ import pytest
 
 from kendama_cli.plugins.films.boxes import labelled, read_labelled
 from kendama_cli.plugins.films.draw import BoxPage
-from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes
-from kendama_cli.plugins.films.film_stills import different, film_stills
+from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes, different, film_stills
 from kendama_cli.plugins.shared.videos.video import VideoFile
-from kendama_cli.plugins.shared.web.listening import listen
+from kendama_cli.plugins.shared.web.loopback import listen
 from tests.chromium import CHROMIUM, browser
 from tests.cli.typed import refused
 from tests.vision.ball_films import pendulum, textured, write_film

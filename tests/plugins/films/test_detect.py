@@ -11,7 +11,7 @@ import yaml
 
 from kendama_cli.cli import main
 from kendama_cli.devices.camera.calibration import camera_model, read_calibration
-from kendama_cli.plugins.shared.recordings.flight_reader import read_tracks
+from kendama_cli.plugins.shared.recordings.reader import read_tracks
 from kendama_cli.plugins.suites.detector import disc_image
 from tests.cli.typed import kendama, refused
 from tests.vision.ball_films import RATE_HZ, WIDTH, draw_ball, pendulum, textured, write_film, write_labelled

@@ -16,7 +16,7 @@ from kendama_cli.config.site import find_site
 from kendama_cli.log.messages import RolloutMessage
 from kendama_cli.plugins.publication.files import COLUMN_MM, PAGE_MM, Files
 from kendama_cli.plugins.publication.latex import escaped, latex_document
-from kendama_cli.plugins.publication.methods import Facts, methods_text
+from kendama_cli.plugins.publication.report_export import Facts, methods_text
 from kendama_cli.report.grid import Cell, percent, with_interval
 from kendama_cli.report.page import make_report
 from kendama_cli.report.plot import drawing

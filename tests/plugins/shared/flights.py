@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kendama_cli.plugins.shared.recordings.flight_reader import RecordedTrack
+from kendama_cli.plugins.shared.recordings.reader import RecordedTrack
 from kendama_cli.vision.prediction.free_flight import FreeFlight
 
 GRAVITY = np.array([0.0, 0.0, -9.81])

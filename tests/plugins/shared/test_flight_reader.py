@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import InputError
-from kendama_cli.plugins.shared.recordings.flight_reader import RecordedTrack, read_tracks
+from kendama_cli.plugins.shared.recordings.reader import RecordedTrack, read_tracks
 from kendama_cli.schema.foxglove import FrameTransform
 from tests.log.made_logs import memory_log
 from tests.plugins.shared.flight_files import c3d_bytes, csv_text, motive_text, qualisys_text

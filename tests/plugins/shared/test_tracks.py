@@ -8,8 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from kendama_cli.errors import InputError
-from kendama_cli.plugins.shared.recordings.flight_reader import read_tracks
-from kendama_cli.plugins.shared.recordings.reader import read_bodies
+from kendama_cli.plugins.shared.recordings.reader import read_bodies, read_tracks
 from tests.devices.demonstrator.files import swing, write
 
 T, P = swing()

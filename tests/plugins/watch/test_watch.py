@@ -19,7 +19,7 @@ import pytest
 from kendama_cli.cli.progress import PlainLines
 from kendama_cli.pipeline.context import WorkerContext
 from kendama_cli.pipeline.record import RunRecord, StageOutcome
-from kendama_cli.plugins.shared.web.listening import listen
+from kendama_cli.plugins.shared.web.loopback import listen
 from kendama_cli.plugins.watch.drawing import Drawing
 from kendama_cli.plugins.watch.server import LivePage
 from kendama_cli.plugins.watch.status import RunStatus

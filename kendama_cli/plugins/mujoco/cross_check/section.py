@@ -17,7 +17,7 @@ SECTION = StageDeclaration(
     settings={},
     topics=TOPICS,
     chapter="kendama_cli.plugins.mujoco.cross_check.chapter:figures",
-    replay="kendama_cli.plugins.mujoco.cross_check.performance:replay",
+    replay="kendama_cli.plugins.mujoco.cross_check.chapter:replay",
     headline=(Headline("caught_rate", "of these games caught under another physics"),),
     metrics={
         "caught_rate": "Fraction of the games that MuJoCo catches; close to ours_caught_rate is good.",

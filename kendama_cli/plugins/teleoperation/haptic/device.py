@@ -16,9 +16,8 @@ from kendama_cli.errors import ConfigError, HardwareError, KendamaError
 from kendama_cli.plugins.shared.streams.stream_file import StreamFile
 from kendama_cli.plugins.teleoperation.haptic.coupling import Coupling
 from kendama_cli.plugins.teleoperation.haptic.device_protocols import DEVICES, Grip, HapticLine, Told, Trouble
-from kendama_cli.plugins.teleoperation.haptic.period import Lateness, Period
+from kendama_cli.plugins.teleoperation.haptic.period import DeviceWay, Lateness, Period
 from kendama_cli.plugins.teleoperation.haptic.settings import HapticCapture
-from kendama_cli.plugins.teleoperation.haptic.way import DeviceWay
 from kendama_cli.plugins.teleoperation.play.conditions import Conditions
 from kendama_cli.plugins.teleoperation.play.try_record import TryRecord
 from kendama_cli.schema.arrays import Array

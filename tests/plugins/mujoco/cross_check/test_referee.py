@@ -20,10 +20,10 @@ from kendama_cli.motion.rotation import matrix_of
 from kendama_cli.physics.rim_crossing import SampledBody
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
 from kendama_cli.plugins.mujoco.cross_check.chain import CHAIN_KG, LINKS, STEP_S, chain_model, link_lengths_m
+from kendama_cli.plugins.mujoco.cross_check.chapter import replay as performances
 from kendama_cli.plugins.mujoco.cross_check.cup_track import CupTrack, swing_slack_s
 from kendama_cli.plugins.mujoco.cross_check.games_again import LoggedGame, played_again, summary, write_log
 from kendama_cli.plugins.mujoco.cross_check.messages import RefereeMessage
-from kendama_cli.plugins.mujoco.cross_check.performance import replay as performances
 from kendama_cli.plugins.mujoco.cross_check.replay import Replay, replay
 from kendama_cli.plugins.mujoco.library import mujoco
 from kendama_cli.report.source import StageLog

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kendama_cli.plugins.teleoperation.haptic.way import PREDICTED_S, DeviceWay
+from kendama_cli.plugins.teleoperation.haptic.period import PREDICTED_S, DeviceWay
 
 
 def places(*x_m):
