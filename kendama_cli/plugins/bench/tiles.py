@@ -1,4 +1,4 @@
-"""SARSA(lambda) on tiles of any Box or Discrete space; they are stored when visited, so that dimensions cost nothing."""
+"""SARSA(lambda) on tiles of any Box or Discrete space; they are stored when visited."""
 
 from __future__ import annotations
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +11,6 @@ from typing import Any
 import cv2
 import numpy as np
 import yaml
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -22,13 +20,14 @@ from kendama_cli.errors import InputError, UsageError
 from kendama_cli.plugins.calibration.board import KINDS, Board, BoardSearch, BoardView
 from kendama_cli.plugins.calibration.calibration import CalibratedCamera, calibrate
 from kendama_cli.plugins.shared.videos.pictures import GREEN, RED, as_png, draw_line, pixel_of, side_by_side, write_text
+from kendama_cli.plugins.shared.videos.printed import INCH_M, as_pdf, page_of
 from kendama_cli.plugins.shared.videos.video import VideoFile, shown_otherwise
 from kendama_cli.plugins.shared.videos.views import IMAGES, cameras_of, read_views
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.hints import nearest
 from kendama_cli.schema.units import count_of
 
-PRINT_DPI, INCH_M = 300, 0.0254
+PRINT_DPI = 300
 RULER_ROOM_M = 0.01
 PDF_PIXELS = 80
 """Size of a drawn square, so that the 8 cells of a marker are right to a hundredth of it."""
@@ -79,19 +78,12 @@ def draw_board(board: Board, output: Path) -> None:
 def _as_pdf(board: Board) -> bytes:
     """Return one page with the board in its true size, and a line below to check it by."""
     width_m, board_m = (board.columns + 1) * board.square_m, (board.rows + 1) * board.square_m
-    height_m, file = board_m + RULER_ROOM_M, io.BytesIO()
-    page = Figure(figsize=(width_m / INCH_M, height_m / INCH_M))
-    axes = page.add_axes((0, 0, 1, 1), xlim=(0, width_m), ylim=(0, height_m))
-    axes.axis("off")
-    edges = (0, width_m, RULER_ROOM_M, height_m)
-    axes.imshow(
-        board.picture(PDF_PIXELS), cmap="gray", vmin=0, vmax=255, extent=edges, interpolation="none", aspect="auto"
-    )
+    page = page_of(board.picture(PDF_PIXELS), width_m, board_m, RULER_ROOM_M)
+    (axes,) = page.axes
     long_m = min(0.1 * math.floor((width_m - 0.01) / 0.1) or 0.01 * math.floor((width_m - 0.01) / 0.01), 0.2)
     axes.plot([(width_m - long_m) / 2, (width_m + long_m) / 2], [RULER_ROOM_M / 2] * 2, "k|-", lw=0.5, ms=6)
     axes.text(width_m / 2, RULER_ROOM_M / 5, f"{1e3 * long_m:.0f} mm: print unscaled, measure", ha="center", size=6)
-    page.savefig(file, format="pdf", metadata={"CreationDate": None})
-    return file.getvalue()
+    return as_pdf(page)
 
 
 def calibrate_cameras(request: CalibrationRequest, output: Path, *, as_json: bool) -> None:

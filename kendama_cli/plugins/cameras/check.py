@@ -1,19 +1,28 @@
-"""Observing cameras for a while: their rate, their delay, and what is detected in their images, as games do it."""
+"""A look through cameras as games take it (rate, delay, what is detected): the work of ``camera check``."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kendama_cli.cli import render
+from kendama_cli.cli.output_file import refuse_output, write_output
+from kendama_cli.config.compose import composed
+from kendama_cli.config.site import Site
 from kendama_cli.devices.camera.image_loop import ImageLoop, ObservedImage, raise_stale
 from kendama_cli.devices.camera.interface import Camera, SceneSource, StaleFrame, open_cameras
 from kendama_cli.devices.camera.staged_flight import StagedFlight
+from kendama_cli.errors import StageError
+from kendama_cli.pipeline.inputs import resolve_files
+from kendama_cli.pipeline.nodes import build_settings
 from kendama_cli.plugins.shared.videos.clock import Clock
+from kendama_cli.plugins.shared.videos.pictures import as_png, check_picture
 from kendama_cli.rendering.scene import ScenePose
 from kendama_cli.settings.camera import CameraSettings, LightingSettings
 from kendama_cli.settings.game import GameSettings
@@ -157,3 +166,31 @@ def _record(record: CameraRecord, image: ObservedImage, *, live: bool) -> None:
     record.sightings.append(image.sighting)
     if record.shown is None or image.sighting is not None:
         record.shown = frame.pixels, image.sighting
+
+
+def check(site: Site, overrides: Sequence[str], seconds: float, output: Path | None, *, as_json: bool) -> None:
+    """Look through the configured cameras, and show what they give and what the detector sees in it."""
+    if output is not None:
+        refuse_output(output, "a picture is a PNG", ".png")
+    settings = build_settings(composed(site, overrides))
+    records = check_cameras(
+        resolve_files(settings["camera"], "camera", site.data_roots),
+        settings["lighting"],
+        settings["game"],
+        resolve_files(settings["predict"], "predict", site.data_roots),
+        seconds=seconds,
+        seed=settings["seed"],
+    )
+    reported = {name: figures(one) for name, one in records.items()}
+    shown = {name: one.shown for name, one in records.items() if one.shown is not None}
+    if not shown:
+        raise StageError(f"no camera gave a frame within {seconds:g} s; look longer, or check the recording's times")
+    if output is not None:
+        write_output(output, as_png(check_picture(shown)))
+    if as_json:
+        render.document({"cameras": reported, "picture": None if output is None else str(output)})
+        return
+    names = next(iter(reported.values()))
+    render.table(
+        [(name, *(render.figure(one[name]) for one in reported.values())) for name in names], head=("", *reported)
+    )

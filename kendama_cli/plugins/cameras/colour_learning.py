@@ -1,12 +1,17 @@
-"""Colour of a ball, learned from pixels that a person has pointed at."""
+"""Colour of a ball, learned from pixels that a person has pointed at: the work of ``camera colour``."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import cv2
 import numpy as np
 
+from kendama_cli.cli import render
+from kendama_cli.cli.output_file import refuse_output, write_output
+from kendama_cli.errors import InputError, UsageError
+from kendama_cli.plugins.shared.videos.views import cameras_of, read_views
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.detection.colour import HUE_STEP, HUES, SATURATION_STEP, SATURATIONS, LearnedColour
 from kendama_cli.vision.detection.interface import Image
@@ -60,3 +65,30 @@ def _histogram(hsv: Image) -> Array:
     wide = np.pad(counts, ((0, 0), (1, 1)), mode="edge")
     counts = (wide[:, :-2] + 2 * wide[:, 1:-1] + wide[:, 2:]) / 4
     return np.asarray(counts / counts.sum())
+
+
+def learn_ball(clicks: Sequence[str], radius_px: float, output: Path) -> None:
+    """Learn the ball's colour where ``clicks``, IMAGE@U,V each, point at it, and write it.
+
+    Raises UsageError for a click that is none or lies outside its image, InputError where nothing can be learned.
+    """
+    refuse_output(output, "a learned colour is JSON", ".json")
+    images, places = [], []
+    for click in clicks:
+        name, _, place = click.rpartition("@")
+        try:
+            u, v = (float(part) for part in place.split(","))
+        except ValueError:
+            raise UsageError(f"{click}: give an image and the ball's middle in it, such as left.png@320,200") from None
+        (_, pixels), *_ = read_views([path for paths in cameras_of([Path(name)]).values() for path in paths])
+        if not (0 <= u < pixels.shape[1] and 0 <= v < pixels.shape[0]):
+            size = f"{pixels.shape[1]} x {pixels.shape[0]} px"
+            raise UsageError(f"{click}: the place lies outside the image of {size}; u counts columns, v rows")
+        images.append(pixels)
+        places.append((u, v))
+    try:
+        learned = learn_from_clicks(images, places, radius_px)
+    except ValueError as error:
+        raise InputError(", ".join(clicks), str(error), remedy="point at the ball in a well lit image") from None
+    write_output(output, learned.to_json().encode())
+    render.text(f"{output}; use it with predict.detector.colour={output}")

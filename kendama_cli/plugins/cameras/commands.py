@@ -22,9 +22,9 @@ def camera_colour(
 ) -> None:
     """Learn the ball's colour from images in which one points at it.
 
-    Example: kendama camera colour -o colour.yaml ball.png=320,240
+    Example: kendama camera colour ball.png@320,240 --radius-px 8 -o ball.json
     """
-    from kendama_cli.plugins.cameras.work import learn_ball  # OpenCV
+    from kendama_cli.plugins.cameras.colour_learning import learn_ball  # OpenCV
 
     learn_ball(clicks, radius_px, output)
 
@@ -43,6 +43,6 @@ def camera_check(
 
     Example: kendama camera check camera=device
     """
-    from kendama_cli.plugins.cameras.work import check  # OpenCV and compiled code
+    from kendama_cli.plugins.cameras.check import check  # OpenCV and compiled code
 
     check(find_site(home, config_dir), overrides or [], seconds, output, as_json=as_json)

@@ -20,13 +20,17 @@ from kendama_cli.errors import KendamaError, UsageError
 from kendama_cli.plugins.films.drawn_boxes import DrawnBoxes, drawn_before, film_stills
 from kendama_cli.plugins.films.swing_boxes import swing_boxes
 from kendama_cli.plugins.shared.videos.video import VideoFile
-from kendama_cli.plugins.shared.web.loopback import NOT_FOUND, Answer, Asked, Listening, LoopbackServer, listen
+from kendama_cli.plugins.shared.web.loopback import (
+    NOT_FOUND,
+    OWN_FILES,
+    Answer,
+    Asked,
+    Listening,
+    LoopbackServer,
+    listen,
+)
 
 ASSETS = {"boxes.css": "text/css", "boxes.js": "text/javascript"}
-POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; form-action 'none'; "
-    "base-uri 'none'; frame-ancestors 'none'"
-)
 STRANGER = "this address has expired or is not complete: open the one that kendama printed last"
 FAREWELL_S = 0.5
 """So long the page may take its last answer."""
@@ -47,7 +51,7 @@ class BoxPage:
         self._done = threading.Event()
         self._once = threading.Lock()
         self._lines: list[str] = []
-        self._server = LoopbackServer(listening, self._answer, policy=POLICY, stranger=STRANGER, free=("assets",))
+        self._server = LoopbackServer(listening, self._answer, policy=OWN_FILES, stranger=STRANGER, free=("assets",))
         self.address = self._server.address
 
     def serve(self) -> list[str]:

@@ -10,7 +10,7 @@ import typer
 
 def camera_marker(
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE", help="The picture to print: .png, .svg or .pdf.")
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The picture to print: .pdf or .png.")
     ] = Path("marker.pdf"),
     dictionary: Annotated[
         str, typer.Option(metavar="NAME", help="4x4_50, 5x5_100, apriltag_16h5 or apriltag_36h11.")
@@ -20,7 +20,7 @@ def camera_marker(
 ) -> None:
     """Make a marker to print and stick on the cup's handle: capture=marker follows it in films.
 
-    Example: kendama camera marker -o marker.png
+    Example: kendama camera marker -o marker.pdf
     """
     from kendama_cli.plugins.marker.marker_print import print_marker  # OpenCV
 

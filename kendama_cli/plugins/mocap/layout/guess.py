@@ -21,10 +21,9 @@ from kendama_cli.devices.recordings.columnar import columnar_texts
 from kendama_cli.devices.recordings.recording_format import NPZ, PARQUET, TABLE, format_of, name_of, text_of
 from kendama_cli.errors import InputError, KendamaError, UsageError
 from kendama_cli.pipeline.nodes import build_settings
-from kendama_cli.plugins.mocap.layout.body_readings import body_readings
 from kendama_cli.plugins.mocap.layout.fit import Fit, fits
 from kendama_cli.plugins.mocap.layout.reading import Reading
-from kendama_cli.plugins.mocap.layout.table_readings import table_readings
+from kendama_cli.plugins.mocap.layout.readings import body_readings, table_readings
 from kendama_cli.plugins.shared.recordings.reader import KNOWN
 from kendama_cli.store.durable import write_file
 

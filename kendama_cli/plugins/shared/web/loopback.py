@@ -18,6 +18,11 @@ MAX_REQUEST_S = 10.0
 """A request that takes longer is given up."""
 MAX_BYTES = 10_000
 """Bytes that a page may send in one request."""
+OWN_FILES = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; form-action 'none'; "
+    "base-uri 'none'; frame-ancestors 'none'"
+)
+"""Content-Security-Policy of a page that takes nothing but files of its own server."""
 HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",

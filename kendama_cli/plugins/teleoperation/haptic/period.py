@@ -1,4 +1,4 @@
-"""The loop's equal periods, the path of the stylus between them, and the stop where the force is too old for too long."""
+"""The loop's equal periods, the path of the stylus in them, and the stop where the force is too old for long."""
 
 from __future__ import annotations
 

@@ -23,6 +23,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from kendama_cli.errors import UsageError
 from kendama_cli.motion.sampling import columns_at
+from kendama_cli.plugins.shared.web import loopback
 from kendama_cli.plugins.teleoperation.play.conditions import Conditions
 from kendama_cli.plugins.teleoperation.play.messages import LONGEST, Hand, parse
 from kendama_cli.plugins.teleoperation.play.settings import PlaySettings
@@ -39,13 +40,7 @@ AGAIN = 4001
 GONE_S = 8.0
 """A device that says nothing for so long has left."""
 MOST_WAITING = 200
-HEADERS = {
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
-    "connect-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'none'",
-    "Referrer-Policy": "no-referrer",
-    "X-Content-Type-Options": "nosniff",
-    "Cache-Control": "no-store",
-}
+HEADERS = {**loopback.HEADERS, "Content-Security-Policy": loopback.OWN_FILES}
 WRONG_TOKEN = "this address has expired or is not complete: open the one that 'kendama play' printed last"
 LAST_WORDS_S = 5.0
 """So long the reason of an end waits for a device to ask."""

@@ -57,7 +57,7 @@ class Player:
         await self.line.send_json(shown.table(self.name, self._folder.path, self._table, self._game, self._settings))
         try:
             await asyncio.to_thread(self._folder.check)
-        except UsageError as error:  # before the first swing; what is swung all the same is offered as a download
+        except UsageError as error:  # before the first swing; what is swung all the same is not kept
             await self.line.send_json({"type": "error", "line": str(error), "stays": True})
         await self.line.send_json(shown.tries(self._folder))
         while True:
@@ -148,7 +148,7 @@ class Player:
         return dataclasses.replace(seen, duration_s=round(float(samples[-1, 0]), 3)), samples
 
     def _write(self) -> None:
-        """Write what is to be kept; what cannot be written is offered to the page."""
+        """Write what is to be kept; what cannot be written is told the page."""
         unwritten, self._unwritten = self._unwritten, []
         with _WRITING:
             for new, samples, conditions in unwritten:
@@ -164,7 +164,8 @@ class Player:
                 except (UsageError, OSError) as error:
                     self._tell(f"{self.name}: {error}")
                     problem = getattr(error, "strerror", None) or str(error)
-                    self._unsaid.append(shown.unwritten(self.name, new, samples, problem))
+                    line = f"this try ({new.outcome}) could not be kept: {problem}"
+                    self._unsaid.append({"type": "error", "line": line, "stays": True})
                     continue
                 if made.outcome == "caught":
                     self._tell(f"{self.name} caught it: {made.name}{made.note and '; '}{made.note}")

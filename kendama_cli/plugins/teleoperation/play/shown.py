@@ -10,7 +10,7 @@ import numpy as np
 
 from kendama_cli.plugins.teleoperation.play.settings import PlaySettings
 from kendama_cli.plugins.teleoperation.play.table import PlayTable
-from kendama_cli.plugins.teleoperation.play.tries import Try, TryFolder, head, rows_of
+from kendama_cli.plugins.teleoperation.play.tries import TryFolder
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 
@@ -72,13 +72,6 @@ def tries(folder: TryFolder) -> dict[str, Any]:
         for one in folder.tries()
     ]
     return {"type": "tries", "tries": kept}
-
-
-def unwritten(player: str, one: Try, samples: Array, problem: str) -> dict[str, Any]:
-    """Return a try that could not be written, to be saved from the page: the content of its file."""
-    name = f"{player}-{one.began[:19].replace(':', '-')}.csv"
-    line = f"this try ({one.outcome}) could not be kept: {problem}"
-    return {"type": "unwritten", "name": name, "line": line, "text": head(one) + rows_of(samples)}
 
 
 def replay(name: str, samples: Array, robots: GameSettings) -> dict[str, Any]:

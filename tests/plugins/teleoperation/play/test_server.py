@@ -12,10 +12,7 @@ import urllib.request
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from kendama_cli.plugins.teleoperation.play.capture import doubt_of
-from kendama_cli.plugins.teleoperation.play.tries import read_try
 from tests.plugins.teleoperation.play.table_top import caught_swing, hand
-from tests.plugins.teleoperation.play.test_tries import settings
 
 pytestmark = pytest.mark.realtime
 
@@ -132,20 +129,14 @@ def test_a_player_may_have_a_name_in_any_script(game):
     assert (game.folder / "plays" / "анна" / "анна-001.csv").exists()
 
 
-def test_a_try_that_cannot_be_written_is_offered_whole_and_that_is_told_before_it(game):
+def test_a_try_that_cannot_be_written_is_told_before_it_and_after(game):
     (game.folder / "plays" / "kim").write_text("in the way")
     with game.line("Kim") as line:
         told = line.hear("error")
         assert "tries cannot be kept in" in told["line"]
         assert told["stays"]
         assert swing(line)["outcome"] == "caught"
-        offered = line.latest["unwritten"]
-    assert "could not be kept" in offered["line"]
-    file = game.folder / offered["name"]
-    file.write_text(offered["text"])
-    kept = read_try(file)
-    assert (kept.outcome, kept.conditions) == ("caught", "the real game")
-    assert doubt_of(settings(), file) is None
+        assert "this try (caught) could not be kept" in line.latest["error"]["line"]
 
 
 MALICE = (

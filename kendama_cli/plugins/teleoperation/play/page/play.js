@@ -49,19 +49,13 @@ function hear(message) {
     state = null; trail = [];
   } else if (message.type === 'tries') { tries = message.tries; showTries();
   } else if (message.type === 'replay') { replay = {...message, began: performance.now()}; showReplay();
-  } else if (message.type === 'unwritten') offer(message);
-  else if (message.type === 'error') problem(message.line, false, message.stays);
+  } else if (message.type === 'error') problem(message.line, false, message.stays);
 }
 let problems = 0, watched = 0;
 function problem(line, ended, stays) {
   const number = ++problems;
   $('problem').firstChild.textContent = line; $('problem').hidden = false; $('again').hidden = !ended;
   if (!ended && !stays) setTimeout(() => { if (number === problems) $('problem').hidden = true; }, 6000);
-}
-// a try that could not be written there can be saved from here
-function offer(message) {
-  const file = URL.createObjectURL(new Blob([message.text], {type: 'text/csv'}));
-  $('unwritten').prepend(make('li', {}, `${message.line} `, make('a', {href: file, download: message.name, textContent: `Save ${message.name}`})));
 }
 $('again').onclick = connect;
 

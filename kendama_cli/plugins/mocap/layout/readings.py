@@ -1,4 +1,4 @@
-"""Readings of a plain table: every triple of places, at every time, in every unit that its head leaves open."""
+"""Readings of a recording: each body in each unit, or each triple of a table's columns at every time it may have."""
 
 from __future__ import annotations
 
@@ -10,10 +10,13 @@ import numpy as np
 
 from kendama_cli.devices.demonstrator.settings import FileCapture, PlausibleSettings
 from kendama_cli.devices.demonstrator.text import split_rows
+from kendama_cli.devices.recordings.body_track import BodyTrack
+from kendama_cli.devices.recordings.recording_format import BVH, RecordingFormat
 from kendama_cli.devices.recordings.text_table import exact_seconds, times
 from kendama_cli.errors import InputError
 from kendama_cli.plugins.mocap.layout.reading import AxisMap, Finding, Reading, rank_of
 from kendama_cli.plugins.mocap.layout.table_columns import Places, Table, is_gravity
+from kendama_cli.plugins.shared.recordings.reader import read_bodies
 from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.units import METRES, SECONDS, LengthUnit
 
@@ -21,6 +24,8 @@ RATES_HZ = (25.0, 30.0, 50.0, 60.0, 100.0, 120.0, 200.0, 240.0, 300.0, 500.0, 10
 """Rates of cameras, trackers and controllers. The slowest of them that makes a swing is the best guess: with a faster
 one, a ball rises under any motion."""
 SLOWEST_HZ, FASTEST_HZ, SHORTEST_S = 12.0, 2500.0, 0.3
+SEEN = 0.5
+"""A body or marker that is seen in less of the frames is not the cup."""
 
 
 @dataclass(frozen=True)
@@ -176,5 +181,45 @@ def _settings(
                 name: reference(vector[i]) for name, (i, _) in zip("xyz", axes, strict=True)
             }
         return {**made, **others}
+
+    return settings
+
+
+def body_readings(path: str, form: RecordingFormat) -> list[Reading]:
+    """Return the readings of a recording of bodies; raises InputError where none is seen for long enough."""
+    units: tuple[LengthUnit | None, ...] = tuple(METRES) if form is BVH else (None,)
+    tracks = [(unit, track) for unit in units for track in read_bodies(path, unit)]
+    seen = [(unit, track) for unit, track in tracks if np.isfinite(track.position_m).all(axis=1).mean() >= SEEN]
+    if not seen:
+        problem = f"none of its {len(tracks)} bodies and markers is seen in half of the frames"
+        raise InputError(path, problem, remedy="record it again, or fill the gaps in the capture program")
+    return [_body_reading(path, form, track, unit, len(tracks) // len(units)) for unit, track in seen]
+
+
+def _body_reading(path: str, form: RecordingFormat, track: BodyTrack, unit: LengthUnit | None, count: int) -> Reading:
+    known = np.isfinite(track.position_m).all(axis=1)
+    t_s = track.t_s[known] - track.t_s[known][0]
+    rate_hz = (len(t_s) - 1) / max(float(t_s[-1]), 1e-9)
+    turned = "with its orientation" if track.rotation_wxyz is not None else "a marker: no orientation"
+    findings = (
+        Finding("time", f"{rate_hz:.4g} Hz", f"{len(t_s)} frames of {form.name}"),
+        Finding("body", track.name, f"one of {count}; {turned}; seen in {known.mean():.0%} of the frames"),
+        Finding(
+            "unit", unit or "m", f"{form.name} tells none: a guess by the ball" if unit else "the file says its unit"
+        ),
+    )
+    settings = _body_settings(path, track.name if count > 1 else None, unit)
+    places = track.position_m[known]
+    return Reading(
+        track.name, t_s, places, ("x", "y", "z"), findings, settings, rank_of(track.name), guessed=unit or ""
+    )
+
+
+def _body_settings(path: str, body: str | None, unit: LengthUnit | None) -> Callable[[AxisMap], Mapping[str, Any]]:
+    def settings(axes: AxisMap) -> Mapping[str, Any]:
+        made: dict[str, Any] = {"kind": "body", "path": path}
+        made |= {"body": body} if body else {}
+        made |= {"unit": unit} if unit else {}
+        return made | {"axes": [("-" if sign < 0 else "") + "xyz"[i] for i, sign in axes]}
 
     return settings
