@@ -1,16 +1,20 @@
-"""The video of a run: a motion in its logs, rendered by several processes into one file."""
+"""The video of a run: a motion in its logs, rendered by several processes into one file; it resumes after a kill."""
 
 from __future__ import annotations
 
+import contextlib
+import glob
+import hashlib
 import os
-from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future
+import pickle
+import shutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
+import zstandard
 from numpy.typing import NDArray
 
 from kendama_cli.errors import InputError
@@ -28,8 +32,8 @@ from kendama_cli.system.processes import process_pool
 WRITERS = {".webm": vp8_video, ".mp4": h264_video}
 """Kinds of video by their name's ending."""
 Progress = Callable[[int, int], None]
-_AHEAD = 32
-"""Images that are rendered before their turn: enough to keep all processes busy, 90 MB at most."""
+_AT_ONCE = 8
+"""Images of one task: long enough to be worth a message, short enough to keep all processes busy to the end."""
 _maker: VideoMaker | None = None
 
 
@@ -83,6 +87,7 @@ def check_video_name(path: Path) -> None:
 def write_video(motion: Performance, game: GameSettings, path: Path, progress: Progress | None = None) -> int:
     """Render ``motion`` into ``path``, which is replaced only by a whole video; how many images it has.
 
+    Images are stored in a folder beside it until then, so that the same call resumes after it was killed.
     ``progress`` is told the images that are done and all of them.
 
     Raises InputError where the video cannot be written there, MissingPartError where Embree, or PyAV for .mp4, is not
@@ -91,20 +96,16 @@ def write_video(motion: Performance, game: GameSettings, path: Path, progress: P
     check_video_name(path)
     Surface(LinkMesh(*unit_cylinder(3), (0.0, 0.0, 0.0)))  # says here, not in a process, where Embree is missing
     suffix = path.suffix.lower()
-    unfinished = path.with_name(f".{path.stem}.{os.getpid()}{suffix}")
-    moments, rendered = VideoMaker.moments(motion), deque[Future[NDArray[np.uint8]]]()
+    parts = path.with_name(f".{path.name}.parts-{_digest(motion, game)}")
+    unfinished = parts / f"{os.getpid()}{suffix}"
     try:
+        parts.mkdir(exist_ok=True)
         unfinished.touch()
-        with (
-            WRITERS[suffix](unfinished, RATE_HZ, WIDTH_PX, HEIGHT_PX) as write,
-            process_pool(_begin, motion, game) as pool,
-        ):
-            for done in range(len(moments)):
-                waiting = moments[done + len(rendered) : done + _AHEAD]
-                rendered.extend(pool.submit(_render, moment) for moment in waiting)
-                write(rendered.popleft().result())
-                if progress is not None:
-                    progress(done + 1, len(moments))
+        count = 0
+        with WRITERS[suffix](unfinished, RATE_HZ, WIDTH_PX, HEIGHT_PX) as write:
+            for image in _images(motion, game, parts, progress or (lambda _done, _total: None)):
+                write(image)
+                count += 1
         unfinished.replace(path)
     except OSError as error:
         raise InputError(
@@ -112,7 +113,42 @@ def write_video(motion: Performance, game: GameSettings, path: Path, progress: P
         ) from error
     finally:
         unfinished.unlink(missing_ok=True)
-    return len(moments)
+        with contextlib.suppress(OSError):  # images are in it
+            parts.rmdir()
+    for of_before in path.parent.glob(f".{glob.escape(path.name)}.parts-*"):
+        shutil.rmtree(of_before, ignore_errors=True)
+    return count
+
+
+def _digest(motion: Performance, game: GameSettings) -> str:
+    """Return what the images depend on, in short: the motion, the game and the code that draws them."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    digest.update(pickle.dumps((motion, game)))
+    return digest.hexdigest()[:16]
+
+
+def _images(motion: Performance, game: GameSettings, parts: Path, progress: Progress) -> Iterator[NDArray[np.uint8]]:
+    """Yield the video's images in order, those in ``parts`` as they are; each process renders with one thread."""
+    moments = VideoMaker.moments(motion)
+    tasks = [moments[k : k + _AT_ONCE] for k in range(0, len(moments), _AT_ONCE)]
+    paths = [parts / f"{k:05d}.zst" for k in range(len(tasks))]
+    missing = [k for k, file in enumerate(paths) if not file.exists()]
+    with process_pool(_begin, motion, game) as pool:
+        rendered = {k: pool.submit(_render, tasks[k], paths[k]) for k in missing}
+        done = 0
+        for k, task in enumerate(tasks):
+            if k in rendered:
+                rendered[k].result()
+            images = _stored(paths[k], len(task))
+            if images is None:  # the machine stopped while it was written
+                pool.submit(_render, task, paths[k]).result()
+                images = _stored(paths[k], len(task))
+                assert images is not None
+            yield from images
+            done += len(task)
+            progress(done, len(moments))
 
 
 def _begin(motion: Performance, game: GameSettings) -> None:
@@ -121,6 +157,19 @@ def _begin(motion: Performance, game: GameSettings) -> None:
     _maker = VideoMaker(motion, game)
 
 
-def _render(moment: tuple[float, float]) -> NDArray[np.uint8]:
+def _render(moments: Sequence[tuple[float, float]], path: Path) -> None:
+    """Render images into ``path``, which is there only whole."""
     assert _maker is not None
-    return _maker.image(*moment)
+    images = np.stack([_maker.image(*moment) for moment in moments])
+    scratch = path.with_suffix(f".{os.getpid()}")
+    scratch.write_bytes(zstandard.ZstdCompressor(level=1, write_checksum=True).compress(images.tobytes()))
+    scratch.replace(path)
+
+
+def _stored(path: Path, count: int) -> NDArray[np.uint8] | None:
+    """Return the images (count, height, width, 3) in ``path``; None where it is damaged."""
+    try:
+        data = zstandard.ZstdDecompressor().decompress(path.read_bytes())
+        return np.frombuffer(data, np.uint8).reshape(count, HEIGHT_PX, WIDTH_PX, 3)
+    except (zstandard.ZstdError, ValueError):
+        return None

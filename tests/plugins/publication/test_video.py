@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+import signal
 import sys
+import time
 from pathlib import Path
 
 import cv2
@@ -11,6 +14,7 @@ import numpy as np
 import pytest
 
 from kendama_cli.errors import InputError, MissingPartError
+from kendama_cli.plugins.publication import video_file
 from kendama_cli.plugins.publication.video_file import check_video_name, video_of_run, write_video
 from kendama_cli.plugins.publication.video_maker import (
     AFTER_S,
@@ -81,12 +85,57 @@ def test_a_video_is_a_file_that_is_whole_or_not_there(tmp_path: Path, monkeypatc
     assert _ball(shown[0])[0] > 100
 
 
+def _killed(folder: str) -> None:
+    """Render in a process of its own, and end it as kill -9 does once the first pictures are stored."""
+
+    def kill(done: int, total: int) -> None:
+        if done >= 8:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    write_video(example_motion(0.3), GAME, Path(folder) / "catch.webm", kill)
+
+
 def _frames(path: Path) -> list[np.ndarray]:
     video, shown = cv2.VideoCapture(str(path)), []
     assert video.get(cv2.CAP_PROP_FPS) == pytest.approx(RATE_HZ, rel=0.01)
     while (read := video.read())[0]:
         shown.append(read[1])
     return shown
+
+
+def test_a_video_that_was_killed_resumes_with_the_pictures_that_are_stored(tmp_path: Path) -> None:
+    folder = tmp_path / "killed"
+    folder.mkdir()
+    process = multiprocessing.get_context("spawn").Process(target=_killed, args=(str(folder),))
+    process.start()
+    process.join(240)
+    assert process.exitcode == -signal.SIGKILL
+    assert not (folder / "catch.webm").exists()
+    (parts,) = folder.glob(".catch.webm.parts-*")
+    time.sleep(1.0)  # workers end with their parent
+    before = {path.name: path.stat().st_mtime_ns for path in parts.glob("*.zst")}
+    assert before
+    told: list[tuple[int, int]] = []
+
+    def look(done: int, total: int) -> None:
+        told.append((done, total))
+        assert {name: (parts / name).stat().st_mtime_ns for name in before} == before, "pictures are used again"
+
+    count = write_video(example_motion(0.3), GAME, folder / "catch.webm", look)
+    assert told == [(done, count) for done in (8, 16, count)]
+    assert [path.name for path in folder.iterdir()] == ["catch.webm"]
+    write_video(example_motion(0.3), GAME, tmp_path / "whole.webm")
+    for one, other in zip(_frames(folder / "catch.webm"), _frames(tmp_path / "whole.webm"), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_stored_pictures_of_another_motion_or_damaged_ones_are_not_used(tmp_path: Path) -> None:
+    assert video_file._digest(example_motion(0.1), GAME) != video_file._digest(example_motion(0.2), GAME)
+    parts = tmp_path / f".catch.webm.parts-{video_file._digest(example_motion(0.1), GAME)}"
+    parts.mkdir()
+    (parts / "00000.zst").write_bytes(b"torn")
+    assert write_video(example_motion(0.1), GAME, tmp_path / "catch.webm") == len(_frames(tmp_path / "catch.webm")) == 7
+    assert _ball(_frames(tmp_path / "catch.webm")[0])[0] > 100
 
 
 def test_without_its_extra_an_mp4_says_what_to_install(tmp_path: Path, monkeypatch) -> None:
