@@ -17,7 +17,7 @@ from kendama_cli.plugins.films.training import teach
 from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.detection.interface import Image, SearchHint, Sighting
 
-DETECTOR = TrainedDetectorSettings("trained", "", 0.25, 6)
+DETECTOR = TrainedDetectorSettings("trained", "", 1, 0.25, 6)
 """Settings as in conf/predict/detector/trained.yaml, which a test holds equal."""
 REACH_RADII = 2.0
 """With twice the radius the detector searches eight radii about the last place."""

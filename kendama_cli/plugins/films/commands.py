@@ -80,6 +80,7 @@ def camera_detect(
     train: Teach = None,
     detector: DetectorName = None,
     override: DetectorSettingsOption = None,
+    balls: Annotated[int, typer.Option(metavar="N", min=1, help="Most balls in one image.")] = 1,
     score: Annotated[
         Path | None,
         typer.Option(metavar="LABELS", help="Compare with the boxes in this folder; tell thresholds by precision."),
@@ -95,7 +96,7 @@ def camera_detect(
     """
     from kendama_cli.plugins.films.detect import SeeingOptions, detect_balls  # OpenCV
 
-    options = SeeingOptions(find_site(home, config_dir), detector, train, seed, tuple(override or ()))
+    options = SeeingOptions(find_site(home, config_dir), detector, train, seed, tuple(override or ()), balls)
     detect_balls(images, output, options, score, as_json=as_json)
 
 

@@ -31,13 +31,17 @@ from kendama_cli.vision.settings import DetectorSettings
 
 @dataclass(frozen=True)
 class SeeingOptions:
-    """Options of a detector: its name and overrides of its settings, or a folder of images with boxes to train it."""
+    """Options of a detector: its name and overrides of its settings, or a folder of images with boxes to train it.
+
+    Also the maximum number of balls an image shows.
+    """
 
     site: Site
     detector: str | None
     teach: Path | None
     seed: int
     overrides: tuple[str, ...] = ()
+    balls: int = 1
 
 
 @dataclass(frozen=True)
@@ -97,6 +101,8 @@ def open_seeing(options: SeeingOptions, shown: Sequence[TrainedImage] = (), *, w
     by_boxes = options.teach is not None or bool(shown)
     predict = build_settings(composed(options.site, [f"predict/detector={name}", *options.overrides]))["predict"]
     settings: DetectorSettings = predict.detector
+    if isinstance(settings, TrainedDetectorSettings):
+        settings = dataclasses.replace(settings, balls=max(settings.balls, options.balls))
     if isinstance(settings, TrainedDetectorSettings) and by_boxes:
         images = list(shown)
         if options.teach is not None:
@@ -124,7 +130,7 @@ def detect_balls(
     candidates: dict[Path, list[Sighting]] = {}
     for file in files:
         seen_by = open_seeing(options, without=file.resolve()) if file.resolve() in own else seeing
-        candidates[file] = list(islice(seen_by.detector.candidates(read_image(file)), 1))
+        candidates[file] = list(islice(seen_by.detector.candidates(read_image(file)), options.balls))
     found = {file: [one for one in some if one.score >= seeing.threshold] for file, some in candidates.items()}
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")

@@ -14,6 +14,9 @@ class TrainedDetectorSettings:
 
     kind: Literal["trained"]
     ball: str = setting("File of the trained detector (npz), made by 'kendama camera train'.", file=True)
+    balls: int = setting(
+        "Maximum number of balls in an image. Detections beyond it share their probability.", at_least=1
+    )
     score_min: float = setting(
         "A peak counts as a detection from this probability on. A larger value misses more balls and reports fewer "
         "false ones.",

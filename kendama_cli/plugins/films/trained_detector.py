@@ -33,17 +33,30 @@ LEAST_LOG_ODDS = -6.0
 REMEDY = "teach the ball with 'kendama camera train'"
 
 
-def peak_scores(log_odds: Array) -> Array:
-    """Probabilities (n,) that peaks with ``log_odds`` (n,) show the ball, of which an image shows one at most.
+def peak_scores(log_odds: Array, balls: int) -> Array:
+    """Probabilities (n,) that peaks with ``log_odds`` (n,) show a ball, where an image shows ``balls`` at most.
 
-    Each peak by itself would show one with odds o_i = exp(log odds / TEMPERATURE); one of them or none is the ball:
+    Each peak by itself would show one with odds o_i = exp(log odds / TEMPERATURE). Of all sets S of peaks those of no
+    more than ``balls`` are possible, each with a weight of prod_{i in S} o_i:
 
-        p_i = o_i / (1 + sum_j o_j)
+        p_i = o_i e(o without o_i, balls - 1) / e(o, balls),   e(o, m) = sum_{|S| <= m} prod_{i in S} o_i
 
-    What resembles the ball and was not in the training images (a checked shirt) has many peaks, the ball has one.
+    For one ball that is o_i / (1 + sum_j o_j); for as many balls as peaks, o_i / (1 + o_i). What resembles the ball and
+    was not in the training images (a checked shirt) has many peaks, the ball has one.
     """
     odds = np.exp(np.minimum(log_odds, MOST_LOG_ODDS) / TEMPERATURE)
-    return np.asarray(odds / (1.0 + sum(odds.tolist())), dtype=np.float64)
+    possible = _sets(odds, balls)
+    some = [odd * _sets(np.delete(odds, i), balls - 1) / possible for i, odd in enumerate(odds)]
+    return np.array(some, dtype=np.float64)
+
+
+def _sets(odds: Array, most: int) -> float:
+    """e(odds, most): the sum of the elementary symmetric polynomials of degree 0 to ``most``."""
+    by_size = np.zeros(most + 1)
+    by_size[0] = 1
+    for odd in odds:
+        by_size[1:] += odd * by_size[:-1]
+    return float(by_size.sum())
 
 
 @dataclass(frozen=True)
@@ -59,7 +72,8 @@ class TrainedDetector:
     """Peaks of a classifier's log odds over place and scale, scored together (see peak_scores)."""
 
     def __init__(self, settings: TrainedDetectorSettings, ball: TrainedBall) -> None:
-        self._candidates, self.threshold, self._ball = settings.candidates, settings.score_min, ball
+        self._candidates, self._balls, self.threshold = settings.candidates, settings.balls, settings.score_min
+        self._ball = ball
 
     def candidates(
         self, pixels: Image, origin_px: tuple[int, int] = (0, 0), hint: SearchHint | None = None
@@ -76,7 +90,7 @@ class TrainedDetector:
         for one in sorted(self._peaks(pixels), key=lambda one: -one.log_odds):
             if all(float(np.hypot(*(one.centre_px - other.centre_px))) > self._ball.radius_px for other in kept):
                 kept.append(one)
-        scores = peak_scores(np.array([one.log_odds for one in kept]))
+        scores = peak_scores(np.array([one.log_odds for one in kept]), self._balls)
         found = [
             Sighting(
                 one.centre_px + corner, np.eye(2) * (SIGMA_RADII * one.radius_px) ** 2, one.radius_px, float(score)

@@ -88,7 +88,7 @@ def test_on_a_background_that_no_box_has_shown_a_swing_is_placed_to_a_tenth_of_t
     frames, truth = pendulum(
         40, 10000, background=background, radius_px=10.0, colour=(60, 60, 65), stripe=(40, 120, 235)
     )
-    detector = TrainedDetector(TrainedDetectorSettings("trained", "", 0.5, 1), teach(images))
+    detector = TrainedDetector(TrainedDetectorSettings("trained", "", 20, 0.5, 1), teach(images))
 
     def off_px(images):
         found = film_track("swing", lambda: ((0.0, frame) for frame in frames), detector, 0.5, images)
