@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from kendama_cli.errors import ConfigError
-from kendama_cli.plugins.interact.interface import TaskController
 from kendama_cli.schema.registry import ChosenSettings, Registry
 from kendama_cli.schema.settings import setting
+
+if TYPE_CHECKING:  # numpy
+    from kendama_cli.plugins.interact.interface import TaskController
 
 
 @dataclass(frozen=True)

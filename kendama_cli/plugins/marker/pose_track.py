@@ -48,14 +48,13 @@ class _Seen:
 class PoseTrack:
     """The smoothed marker at all frames (n,): places (n, 3) [m] and turns (n, 4) wxyz in the camera's frame.
 
-    ``place_sigma_m`` (n, 3) and ``turn_sigma_rad`` (n, 3) are standard deviations; ``seen`` (n,) says where the
-    marker was seen and believed; ``switched`` counts frames in which time overruled the lesser error.
+    ``place_sigma_m`` (n, 3) are standard deviations; ``seen`` (n,) says where the marker was seen and believed;
+    ``switched`` counts frames in which time overruled the lesser error.
     """
 
     place_m: Array
     rotation_wxyz: Array
     place_sigma_m: Array
-    turn_sigma_rad: Array
     seen: NDArray[np.bool_]
     switched: int
 
@@ -97,14 +96,13 @@ def smooth(t_s: Array, frames: Sequence[Sequence[PoseCandidate]]) -> PoseTrack:
     places = _Seen(t_s, seen, np.array([one.place_m for one in poses]), np.array([one[:3, :3] for one in noise]))
     turned = _Seen(t_s, seen, vectors, np.array([one[3:, 3:] for one in noise]))
     place, place_sigma, believed = _likeliest(places, 3, JERKS, ALONG)
-    turn, turn_sigma, _ = _likeliest(turned, 2, SPINS, (1.0,))
+    turn, _, _ = _likeliest(turned, 2, SPINS, (1.0,))
     kept = seen.copy()
     kept[np.flatnonzero(seen)[~believed]] = False
     return PoseTrack(
         place,
         np.asarray((Rotation.from_rotvec(turn) * turns[0]).as_quat(scalar_first=True)),
         place_sigma,
-        turn_sigma,
         kept,
         sum(one not in (None, 0) for one in chosen),
     )

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import glob
 import hashlib
 import os
-import pickle
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -125,8 +125,24 @@ def _digest(motion: Performance, game: GameSettings) -> str:
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.read_bytes())
-    digest.update(pickle.dumps((motion, game)))
+    _add(digest, (motion, game))
     return digest.hexdigest()[:16]
+
+
+def _add(digest: hashlib._Hash, value: Any) -> None:
+    """Add everything that ``value`` holds."""
+    if isinstance(value, np.ndarray):
+        digest.update(f"{value.shape}".encode() + value.tobytes())
+    elif dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            digest.update(field.name.encode())
+            _add(digest, getattr(value, field.name))
+    elif isinstance(value, tuple | list):
+        digest.update(f"{len(value)}".encode())
+        for one in value:
+            _add(digest, one)
+    else:
+        digest.update(repr(value).encode())
 
 
 def _images(motion: Performance, game: GameSettings, parts: Path, progress: Progress) -> Iterator[NDArray[np.uint8]]:

@@ -176,7 +176,7 @@ def test_a_result_under_the_name_of_another_key_is_not_used(tmp_path: Path, remo
     one = Store(tmp_path / "one")
     made, another = made_in(one), made_in(one, "[]")
     send(remote, one, made)
-    remote.write(f"results/learn/{another.key}.json", one.result_path("learn", made.key))
+    remote.put(f"results/learn/{another.key}.json", one.result_path("learn", made.key))
     told: list[str] = []
     assert joined(tmp_path / "other", remote, told).find("learn", another.key) is None
     assert "the result of another key" in told[0]
@@ -233,7 +233,7 @@ def test_a_bucket_that_is_not_there_and_a_secret_that_is_missing_are_told(
             ask()
     (tmp_path / "x").touch()
     with pytest.raises(RemoteError, match="there is no such bucket"):
-        absent.write("results/a", tmp_path / "x")
+        absent.put("results/a", tmp_path / "x")
     for name in SECRET:
         monkeypatch.delenv(name)
     monkeypatch.setenv("AWS_METADATA_ENDPOINT", "http://127.0.0.1:9")
@@ -298,7 +298,7 @@ def test_a_folder_with_a_file_in_its_way_is_out_of_reach(tmp_path: Path) -> None
     (tmp_path / "results").write_text("a file where a folder should be")
     (tmp_path / "x").touch()
     with pytest.raises(OfflineError, match=r"store\.remote=.*: (Not a directory|File exists)"):
-        remote.write("results/a/b", tmp_path / "x")
+        remote.put("results/a/b", tmp_path / "x")
 
 
 def test_a_folder_of_somebody_else_is_no_shared_store(toy: ToyProject) -> None:
