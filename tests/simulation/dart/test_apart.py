@@ -16,8 +16,8 @@ from kendama_cli.settings.robot import RobotSettings
 from kendama_cli.simulation.dart.arm_errors import WorldErrors
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.shipped_conf import plain
-from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
-from tests.simulation.dart.compiled_arm import CompiledArm, left_to_dart
+from tests.simulation.dart.bench_robot import bench_arm, kendama_game
+from tests.simulation.dart.compiled_arm import left_to_dart
 
 
 def watched(world: ArmWorld, *, always_held: bool = False) -> list[bool]:
@@ -133,22 +133,3 @@ def test_dart_looks_before_anything_touches() -> None:
                 break
         del world._stepper.follow  # type: ignore[attr-defined]
     assert touched > 25
-
-
-def test_the_compiled_arm_is_dart_s() -> None:
-    arm = modelled(bench_arm())
-    dynamics, body = CompiledArm(arm, kendama_game(), links=True), arm.new_body()
-    skeleton, rng, rotors = body.skeleton, np.random.default_rng(4), np.diag(arm.rotor_inertia_kg_m2)
-    skeleton.setGravity(np.array([0.0, 0.0, -arm.gravity_m_s2]))
-    for _ in range(20):
-        angles, speeds = rng.uniform(arm.limits.lower_rad, arm.limits.upper_rad), rng.normal(0.0, 2.0, 7)
-        skeleton.setPositions(angles)
-        skeleton.setVelocities(speeds)
-        dynamics.observe(angles, speeds)
-        assert dynamics.inertia == pytest.approx(skeleton.getMassMatrix() + rotors, abs=1e-12)
-        assert dynamics.bias == pytest.approx(skeleton.getCoriolisAndGravityForces(), abs=1e-10)
-        assert dynamics.points[:8] == pytest.approx(arm.joint_positions_m(angles), abs=1e-12)
-        force = rng.normal(size=3)
-        jacobian = arm.tool_jacobian(angles)[:3]
-        moments = np.cross(body.tie.getCOM(), force)
-        assert dynamics.screws @ [*moments, *force] == pytest.approx(jacobian.T @ force, abs=1e-12)

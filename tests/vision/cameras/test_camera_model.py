@@ -35,19 +35,6 @@ def test_a_ray_through_a_points_pixel_meets_the_point():
     assert np.abs(meeting - points).max() < 1e-8
 
 
-def test_the_slope_of_the_distortion_is_the_derivative_of_the_projection():
-    camera = stereo(distortion=(-0.2, 0.07, 0.003, -0.002, 0.01))[0]
-    flat, h = np.array([0.31, -0.22]), 1e-6
-
-    def pixel(xy):
-        world = camera.position_in_world_m + np.array([xy[0], xy[1], 1.0]) @ camera.world_to_camera
-        return camera.project(world)[0]
-
-    numeric = np.column_stack([(pixel(flat + h * e) - pixel(flat - h * e)) / (2 * h) for e in np.eye(2)])
-    at = camera.straight(*pixel(flat))
-    assert np.allclose([[at.u_x, at.u_y], [at.v_x, at.v_y]], numeric, rtol=1e-6, atol=1e-6)
-
-
 def test_a_point_behind_the_camera_has_no_pixel():
     camera = stereo()[0]
     behind = camera.position_in_world_m - camera.world_to_camera[2]
@@ -69,17 +56,3 @@ def test_a_mirrored_pose_is_refused():
             "left", 640, 480, camera.focal_px, camera.center_px, camera.distortion,
             np.diag([1.0, 1.0, -1.0]) @ camera.world_to_camera, camera.position_in_world_m,
         )  # fmt: skip
-
-
-def test_one_pixel_alone_is_undistorted_as_opencv_does_all():
-    camera, rng = stereo((-0.2, 0.05, 0.001, -0.002, 0.01))[0], np.random.default_rng(8)
-    for u, v in rng.uniform([0, 0], [640, 480], (50, 2)):
-        at = camera.straight(u, v)
-        assert np.allclose((at.x, at.y), camera.undistort((u, v))[0], atol=1e-9)
-
-
-def test_where_newton_fails_opencvs_fixed_point_steps_in():
-    """A model that folds over within the image: no exception, and the same answer as OpenCV's."""
-    camera = stereo((-1.5, 0.0, 0.0, 0.0, 0.0))[0]
-    at = camera.straight(2.0, 3.0)
-    assert np.allclose((at.x, at.y), camera.undistort((2.0, 3.0))[0])

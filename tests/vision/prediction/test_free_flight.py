@@ -113,22 +113,6 @@ def test_how_a_flight_changes_with_its_velocity_is_right_to_first_order_of_the_a
         assert np.abs(changes.velocity[:, axis] - (after[1] - before[1]) / 1e-4).max() < 1e-3
 
 
-@pytest.mark.parametrize("drag_per_s", [0.0, 0.04, 2.0])
-def test_descent_is_on_the_plane_and_downward(drag_per_s):
-    flight = FreeFlight(G, drag_per_s)
-    s = flight.descent_s(START, VELOCITY, 0.25)
-    assert s is not None
-    assert abs(flight.position_m(START, VELOCITY, s)[2] - 0.25) < 1e-12
-    assert flight.moved(np.zeros(3), VELOCITY, s)[1][2] < 0
-
-
-def test_a_plane_above_the_apex_is_never_crossed():
-    assert FreeFlight(G, 0.0).descent_s(START, VELOCITY, 0.3 + 1.6**2 / 19.62 + 1e-6) is None
-    near = 0.3 + 1.6**2 / 19.62 - 1e-3  # within reach without drag, out of reach with it
-    assert FreeFlight(G, 0.0).descent_s(START, VELOCITY, near) is not None
-    assert FreeFlight(G, 1.0).descent_s(START, VELOCITY, near) is None
-
-
 def test_negative_drag_is_refused():
     with pytest.raises(ValueError, match="drag_per_s must not be negative"):
         FreeFlight(G, -0.1)

@@ -11,15 +11,12 @@ from kendama_cli.vision.prediction.kalman_flight import KalmanFlightFit
 from kendama_cli.vision.settings import ColouredMotion
 from tests.vision.scenes import stereo
 from tests.vision.seen_flight import (
-    CROSSING_M,
     CROSSING_S,
     DRAG,
     FLIGHT,
     RIM_M,
-    SIGMA_PX,
     START,
     VELOCITY,
-    stamps,
 )
 
 PROCESS = ColouredMotion("coloured", 1.0, 1e-9, 0.15, 0.05)
@@ -76,20 +73,6 @@ def test_wobble_that_was_not_expected_shows_in_the_residuals_and_widens_the_cova
     wrong, right = estimator_of(points, None), estimator_of(points, COLOURED)
     assert wrong.residual_ratio > 3
     assert 0.7 < right.residual_ratio < 1.3
-
-
-@pytest.mark.parametrize("motion", [PROCESS, COLOURED])
-def test_pixels_of_cameras_that_do_not_expose_together_serve_every_variant(motion):
-    cameras, rng = stereo(), np.random.default_rng(19)
-    estimator = CatchPoseEstimator(9.81, DRAG, RIM_M, motion=motion)
-    seen = sorted((t, i) for i in range(2) for t in stamps(0.8, 0.003 * i))
-    seen[6:8] = seen[7], seen[6]  # one image arrives after a later one
-    for t, i in seen:
-        pixel = cameras[i].project(FLIGHT.position_m(START, VELOCITY, t))[0] + SIGMA_PX * rng.standard_normal(2)
-        estimator.update_pixels(cameras[i], t, pixel, SIGMA_PX**2 * np.eye(2))
-    pose = estimator.catch()
-    assert np.linalg.norm(pose.position_m - CROSSING_M) < 4 * np.sqrt(np.trace(pose.covariance_m2))
-    assert np.linalg.norm(pose.position_m - CROSSING_M) < 0.01
 
 
 def _positions(fit, times, points, sigma_m):

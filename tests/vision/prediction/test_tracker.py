@@ -7,9 +7,9 @@ from kendama_cli.vision.cameras.region import Region, whole
 from kendama_cli.vision.detection.ball_search import LOST_FRAMES
 from kendama_cli.vision.prediction.catch_pose import CatchPoseEstimator
 from kendama_cli.vision.prediction.release import draw_release
-from kendama_cli.vision.prediction.tracker import BallTracker, sphere_centre
+from kendama_cli.vision.prediction.tracker import BallTracker
 from tests.vision.followed_flight import BLACK, CAMERAS, Script, fly, shown, sighting, tracker
-from tests.vision.scenes import game, predict, stereo
+from tests.vision.scenes import game, predict
 
 
 def test_no_pose_while_the_rope_is_taut_and_a_good_one_before_the_crossing():
@@ -86,26 +86,6 @@ def test_the_first_search_may_begin_at_an_expected_place():
         assert wider.right - wider.left > region.right - region.left
         region = wider
     assert region == whole(640, 480)
-
-
-def test_sphere_centre_is_where_the_middle_of_the_sphere_projects():
-    """The disc of a large sphere off the axis, traced by its tangent cone, is corrected to within a tenth."""
-    camera, radius = stereo(distortion=(0, 0, 0, 0, 0))[0], 0.08
-    centre = camera.position_in_world_m + np.array([0.35, 0.25, 1.2]) @ camera.world_to_camera
-    distance = np.linalg.norm(centre - camera.position_in_world_m)
-    axis = (centre - camera.position_in_world_m) / distance
-    side = np.cross(axis, [0, 0, 1.0])
-    side /= np.linalg.norm(side)
-    alpha = np.arcsin(radius / distance)
-    turn = np.linspace(0, 2 * np.pi, 400, endpoint=False)[:, None]
-    rim = np.cos(alpha) * axis + np.sin(alpha) * (np.cos(turn) * side + np.sin(turn) * np.cross(axis, side))
-    outline = camera.project(camera.position_in_world_m + rim)
-    disc = (outline.min(axis=0) + outline.max(axis=0)) / 2
-    size = float(np.sqrt(np.prod((outline.max(axis=0) - outline.min(axis=0)) / 2)))
-    true = camera.project(centre)[0]
-    off = np.linalg.norm(disc - true)
-    assert off > 0.5
-    assert np.linalg.norm(sphere_centre(camera, disc, size) - true) < 0.15 * off
 
 
 def test_the_search_hints_the_detector_where_the_ball_should_be():
