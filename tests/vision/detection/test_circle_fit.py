@@ -55,6 +55,26 @@ def test_its_covariance_is_that_of_the_errors_with_and_without_a_part_that_is_hi
     assert 0.5 < np.mean(scores) < 0.85
 
 
+def test_the_least_sigma_adds_to_the_covariance_and_few_rays_are_enough_where_that_is_set():
+    image = np.clip(drawn((50.2, 40.4), 11.0), 0, 255).round().astype(np.uint8)
+    bare, floored = (
+        CircleFit(min_radius_px=3.0, min_outline=0.02, sigma_floor_px=sigma).circle(
+            image, Disc(np.array([50.0, 40.0]), 11.0)
+        )
+        for sigma in (0.0, 0.5)
+    )
+    assert floored.covariance_px2 - bare.covariance_px2 == pytest.approx(0.25 * np.eye(2), abs=1e-12)
+    rays = np.zeros(DIRECTIONS, bool)
+    rays[::8] = True
+    for least, seen in ((0.02, True), (0.2, False)):
+        fit = CircleFit(min_radius_px=3.0, min_outline=least, sigma_floor_px=0.0)
+        found = fit._fit(Disc(np.array([50.0, 40.0]), 11.0), np.full(DIRECTIONS, 11.0) + RAYS @ [0.2, -0.1], rays)
+        assert (found is not None) == seen
+        if found is not None:
+            assert (*found.centre_px, found.radius_px) == pytest.approx((50.2, 39.9, 11.0))
+            assert found.score == 6 / DIRECTIONS
+
+
 def test_rays_read_the_image_between_its_pixels_and_those_that_leave_it_are_told():
     """An image whose colours are its columns and rows reads as the rays' own points."""
     y, x = np.mgrid[:80, :100]
