@@ -58,7 +58,7 @@ def test_a_cart_integrates_what_it_is_allowed_and_knows_how_late_arm_and_cup_are
         x, v = x + H * v + 0.5 * H * H * made[-1], v + H * made[-1]
         assert (cart.x_m, cart.velocity_m_s) == pytest.approx((x, v))
         assert step.acceleration_m_s2 == pytest.approx(made[-1])
-        assert step.t_s == pytest.approx(H * k)
+        assert (step.t_s, step.tilt_rad) == pytest.approx((H * k, 0.0))
         assert robot.sent[-1] == pytest.approx([x])
     assert cart.arm_lag_s == pytest.approx(ARM_LATE * H, rel=0.05)
     assert cart.delay_s == pytest.approx(CUP_LATE * H, rel=0.05)

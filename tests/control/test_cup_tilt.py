@@ -43,6 +43,7 @@ def test_the_cup_is_where_and_as_tilted_as_commanded(arm: RobotModel, line: CupL
         assert place.rotation[:, 2] == pytest.approx([np.sin(0.3 * part), 0, np.cos(0.3 * part)], abs=1e-5)
     after = tilting.at(0.05 + 0.25 * H, 0.25, CupTilt(0.02 + 0.1 * H, 0.1, 0.3 + 1.5 * H, 1.5))
     assert after is not None
+    assert H * after.acceleration_rad_s2 == pytest.approx(after.velocity_rad_s - command.velocity_rad_s)
     assert after.position_rad - command.position_rad == pytest.approx(H * after.velocity_rad_s, abs=5e-5)
 
 
