@@ -223,6 +223,9 @@ def test_every_price_of_jerk_has_the_fit_the_freedom_and_the_score_of_ridge_regr
         fits.append(fitted)
         if enough:
             assert found.score[0, k] == pytest.approx(scores[-1], rel=1e-3)
+    # a motion without residual counts as one of a tenth of a micrometre
+    still = project(made, 0 * swings).score[0, :, 0] * made.freedom[0] ** 2
+    assert still == pytest.approx(n * 2 * n * 1e-14)
     best = np.argmin(scores, axis=0)
     solved = solve_positions(made, swings)
     for one, k in enumerate(best):
