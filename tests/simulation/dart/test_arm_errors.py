@@ -7,7 +7,15 @@ import pytest
 
 from kendama_cli.artifacts.motion_plan import JointTrajectory
 from kendama_cli.schema.arrays import Array
-from kendama_cli.simulation.dart.arm_errors import ONSET_S, ArmErrors, Backlash, ErringArm, WorldErrors
+from kendama_cli.simulation.dart.arm_errors import (
+    ONSET_S,
+    ArmErrors,
+    Backlash,
+    ElasticJoints,
+    ErringArm,
+    WorldErrors,
+    _joint_offsets,
+)
 from kendama_cli.simulation.dart.rollout import play_rollout
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
@@ -210,3 +218,45 @@ def test_friction_at_the_tie_takes_what_it_should_from_a_swing() -> None:
             positions.append(float(world.ball.position_m[0] - world.ball.tie_m[0]))
         amplitudes.append(max(positions[1000:]))
     assert amplitudes[0] - amplitudes[1] == pytest.approx(4 * 0.002, rel=0.15)
+
+
+def test_the_cup_errs_by_the_jacobian_and_angles_are_misread_by_as_much_as_makes_the_arm_err_so() -> None:
+    """J dq = e at each knot of 20 ms, e grown from nothing; dq'' + Kd dq' + Kp (dq + m) = 0, m the reading error."""
+    arm, held = modelled(bench_arm()), _held(0.8)
+    sway = np.outer(np.sin(3 * held.t_s), np.linspace(0.1, 0.3, 7))
+    joints = dataclasses.replace(held, t_s=held.t_s + 2.0, position_rad=held.position_rad + sway)
+    errors = ArmErrors(
+        cup_error_m=0.004, cup_error_hz=1.3, cup_error_phase_rad=0.4, cup_error_y_m=0.003, cup_error_y_hz=2.1,
+        cup_error_y_phase_rad=-1.0, resonance_hz=8.0,
+    )  # fmt: skip
+    offset, rate, change = _joint_offsets(arm, joints, errors)
+    t_s = STEP_S * np.arange(len(held.t_s))
+    u = np.minimum(t_s / ONSET_S, 1.0)
+    grown = 10 * u**3 - 15 * u**4 + 6 * u**5
+    along = 0.004 * grown * np.sin(2 * np.pi * 1.3 * t_s + 0.4)
+    across = 0.003 * grown * np.sin(2 * np.pi * 2.1 * t_s - 1.0)
+    for k in range(0, len(t_s), 20):
+        moved = arm.tool_jacobian(joints.position_rad[k]) @ offset[k]
+        assert moved == pytest.approx([along[k], across[k], 0.0, 0.0, 0.0, 0.0], abs=1e-9)
+        cost = np.linalg.norm(np.sqrt(arm.redundancy_weights) * offset[k])
+        freer = np.linalg.svd(arm.tool_jacobian(joints.position_rad[k]))[2][6]
+        for side in (-1e-3, 1e-3):
+            assert np.linalg.norm(np.sqrt(arm.redundancy_weights) * (offset[k] + side * freer)) >= cost - 1e-9
+    assert rate[1:-1] == pytest.approx((offset[2:] - offset[:-2]) / (2 * STEP_S), abs=2e-4)
+    assert change[1:-1] == pytest.approx(np.diff(offset, 2, axis=0) / STEP_S**2, abs=2e-2)
+    erring, stiff = ErringArm(arm, joints, errors, STEP_S), arm.settings.stiffness_1_s2
+    links = ElasticJoints(7, 8.0, errors.resonance_damping, STEP_S)
+    motors = np.random.default_rng(1).normal(size=(len(t_s), 7))
+    for k in range(1, 60):
+        seen = erring.encoder_error(k)
+        swung, swung_rate, swung_change = links.swung(motors[k])
+        for dq, dv, da, found in (
+            (
+                offset[k - 1] + swung,
+                rate[k - 1] + swung_rate,
+                change[k - 1] + swung_change,
+                erring.reading_error(k, motors[k]),
+            ),
+            (offset[k - 1], rate[k - 1], change[k - 1], seen + swung),
+        ):
+            assert da + 2 * np.sqrt(stiff) * dv + stiff * (dq + found) == pytest.approx(np.zeros(7), abs=1e-8)
