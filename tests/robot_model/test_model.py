@@ -115,3 +115,24 @@ def test_a_held_joint_stays_where_it_is() -> None:
     arm = modelled(dataclasses.replace(bare(), locked_joints=("s3",)))
     assert arm.joint_names == ("s1", "s2", "e1", "e2", "w1", "w2")
     assert inertia_of(arm, arm.home_rad).shape == (6, 6)
+
+
+def test_a_body_s_joints_have_the_arm_s_limits_and_a_state_is_put_without_forces() -> None:
+    arm = modelled(bench_arm())
+    body, limits = arm.new_body(), arm.limits
+    found = [
+        (
+            joint.getPositionLowerLimit(0), joint.getPositionUpperLimit(0), joint.getVelocityLowerLimit(0),
+            joint.getVelocityUpperLimit(0), joint.getForceLowerLimit(0), joint.getForceUpperLimit(0),
+        )
+        for joint in body.joints
+    ]  # fmt: skip
+    speed, effort = limits.velocity_rad_s, limits.effort_nm
+    bounds = np.array([limits.lower_rad, limits.upper_rad, -speed, speed, -effort, effort])
+    assert np.abs(np.transpose(found) - bounds).max() < 1e-12
+    body.skeleton.setForces(np.ones(7))
+    body.put(arm.home_rad, 0.1 * np.arange(7))
+    assert body.skeleton.getPositions() == pytest.approx(arm.home_rad)
+    assert body.skeleton.getVelocities() == pytest.approx(0.1 * np.arange(7))
+    assert not body.skeleton.getForces().any()
+    assert all(joint.areLimitsEnforced() for joint in body.joints)
