@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from kendama_cli.motion.sampling import columns_at
 from kendama_cli.schema.arrays import Array
 
-_SMALL = 1e-6
-"""Below this angle [rad] the series of second order is exact to the last digit."""
+_SMALL = 1e-8
+"""Below this angle [rad] a sine is its angle to the last digit."""
 
 
 def multiply(first: Array, second: Array) -> Array:
@@ -67,7 +67,7 @@ def exponential(vector_rad: Array) -> Array:
     """Return the rotation about ``vector_rad`` (..., 3) by its length, as a unit quaternion (..., 4)."""
     vector = np.asarray(vector_rad, dtype=np.float64)
     angle = np.linalg.norm(vector, axis=-1, keepdims=True)
-    half = np.where(angle < _SMALL, 0.5 - angle**2 / 48, np.sin(angle / 2) / np.maximum(angle, _SMALL))
+    half = np.where(angle < _SMALL, 0.5, np.sin(angle / 2) / np.maximum(angle, _SMALL))
     made: Array = np.concatenate((np.cos(angle / 2), half * vector), axis=-1)
     return made
 
@@ -78,7 +78,7 @@ def logarithm(rotation_wxyz: Array) -> Array:
     q = np.where(q[..., :1] < 0, -q, q)
     sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
     angle = 2 * np.arctan2(sine, q[..., :1])
-    factor = np.where(sine < _SMALL, 2.0 + sine**2 / 3, angle / np.maximum(sine, _SMALL))
+    factor = np.where(sine < _SMALL, 2.0, angle / np.maximum(sine, _SMALL))
     return np.asarray(factor * q[..., 1:])
 
 
