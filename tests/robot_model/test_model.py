@@ -118,7 +118,9 @@ def test_a_held_joint_stays_where_it_is() -> None:
 
 
 def test_a_body_s_joints_have_the_arm_s_limits_and_a_state_is_put_without_forces() -> None:
-    arm = modelled(bench_arm())
+    arm = modelled(
+        dataclasses.replace(bench_arm(), velocity_rad_s=(0.5,) * 7, effort_nm=(33.0,) * 7, lower_rad=(-1.1,) * 7)
+    )
     body, limits = arm.new_body(), arm.limits
     found = [
         (

@@ -100,6 +100,8 @@ def test_every_candidate_holds_the_cup_upright_at_the_same_place(problem: Placem
         arm = modelled(placed(bench_arm(), placement))
         value, _ = arm.cup_task(arm.home_rad)
         assert value == pytest.approx([0.0, 0.0, 1.2, 0.0, 0.0], abs=1e-5)
+        digits = [*placement.base_position_m, *placement.home_rad, *placement.handle_m, placement.base_heading_rad]
+        assert [round(one, 6) for one in digits] == digits, "a file is read by people"
 
 
 def _cost_of_the_placed_arm(arm: RobotModel, demands: Sequence[Demand]) -> float:

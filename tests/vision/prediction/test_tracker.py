@@ -86,6 +86,7 @@ def test_the_first_search_may_begin_at_an_expected_place():
         assert wider.right - wider.left > region.right - region.left
         region = wider
     assert region == whole(640, 480)
+    assert detector.hints[0].radius_px == 0.0, "nothing is known of its size"
 
 
 def test_the_search_hints_the_detector_where_the_ball_should_be():
