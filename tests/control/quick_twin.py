@@ -14,7 +14,7 @@ from kendama_cli.robot_model.limits import JointLimits
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.settings.robot import Imperfection
-from kendama_cli.simulation.dart.ball import RUBS_FULLY_M_S
+from kendama_cli.simulation.dart.rope_kernel import RUBS_FULLY_M_S
 from kendama_cli.simulation.swingup import rail_kernel as kernel
 from kendama_cli.simulation.swingup.rail import physics
 

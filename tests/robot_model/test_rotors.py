@@ -16,11 +16,11 @@ from kendama_cli.robot_model.cup import TIE_MASS_KG, cup_frame
 from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import RobotSettings
+from kendama_cli.simulation.dart.dynamics_kernel import ArmArrays
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.robot_model.inertia import inertia_of
 from tests.robot_model.test_model import READY, ready
 from tests.simulation.dart.bench_robot import kendama_game, modelled
-from tests.simulation.dart.compiled_arm import CompiledArm
 
 STATES = 200
 ARMS = (*READY, "fr3")
@@ -130,10 +130,10 @@ def _friction_free(robot: RobotSettings) -> RobotSettings:
 def test_inertia_and_torques_are_those_of_pinocchio_with_an_armature(name: str) -> None:
     arm = modelled(_friction_free(ready(name)))
     pin, model, data = _pinocchio(arm)
-    dynamics, chain = CompiledArm(arm, kendama_game()), compiled_chain(arm, with_tool=True)
+    dynamics, chain = ArmArrays(arm, kendama_game(), links=False), compiled_chain(arm, with_tool=True)
     tool = ToolGeometry(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.0)
     for position, velocity, change in _states(arm):
-        dynamics.observe(position, velocity)
+        dynamics.move(position, velocity)
         inertia = np.triu(pin.crba(model, data, position))
         assert dynamics.inertia == pytest.approx(inertia + np.triu(inertia, 1).T, **EXACT)
         assert dynamics.bias == pytest.approx(pin.nonLinearEffects(model, data, position, velocity), **EXACT)
@@ -146,9 +146,9 @@ def test_inertia_and_torques_are_those_of_pinocchio_with_an_armature(name: str) 
 def test_inertia_and_torques_are_those_of_mujoco_with_an_armature(name: str) -> None:
     arm = modelled(ready(name))
     mujoco, model, data = _mujoco(arm)
-    dynamics = CompiledArm(arm, kendama_game())
+    dynamics = ArmArrays(arm, kendama_game(), links=False)
     for position, velocity, change in _states(arm):
-        dynamics.observe(position, velocity)
+        dynamics.move(position, velocity)
         data.qpos[:], data.qvel[:] = position, velocity
         mujoco.mj_forward(model, data)
         columns = np.zeros((model.nv, model.nv))
@@ -166,8 +166,8 @@ def test_inertia_is_that_of_the_file_s_links_with_rotors_on_the_diagonal(name: s
     for position, _, _ in _states(arm, 20):
         expected = _by_hand(arm, position)
         assert inertia_of(arm, position) == pytest.approx(expected, **EXACT)
-        dynamics = CompiledArm(arm, kendama_game())
-        dynamics.observe(position, np.zeros(len(position)))
+        dynamics = ArmArrays(arm, kendama_game(), links=False)
+        dynamics.move(position, np.zeros(len(position)))
         assert dynamics.inertia == pytest.approx(expected, **EXACT)
 
 

@@ -23,7 +23,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.schema.foxglove import FrameTransform, JointStates
 from kendama_cli.settings.hardware import HardwareSettings, SimulatedHardware
 from kendama_cli.settings.robot import RobotSettings
-from kendama_cli.simulation.dart.stepper import STEP_S
+from kendama_cli.simulation.dart.world import STEP_S
 from kendama_cli.stages.interface import Metric, StageContext, StageResult
 
 PROGRESS_STEPS = 500

@@ -19,8 +19,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.robot import Imperfection, RobotSettings
 from kendama_cli.simulation.dart import torque_kernel
 from kendama_cli.simulation.dart.joint_control import JointFriction
-from kendama_cli.simulation.dart.stepper import STEP_S
-from kendama_cli.simulation.dart.world import Rotors
+from kendama_cli.simulation.dart.world import STEP_S, Rotors
 from kendama_cli.simulation.dart.wrist import body_of, wrist_wrench
 
 POINT_KG_M2 = 1e-9
@@ -118,7 +117,7 @@ class ProbeWorld:
         """Read what a step has made; ``felt_n`` (3,) is what the sensor read before it."""
         skeleton, arm = self.body.skeleton, self.arm
         self.position_rad, self.velocity_rad_s = skeleton.getPositions(), skeleton.getVelocities()
-        self.wrench = wrist_wrench(self.body, self._world)
+        self.wrench = wrist_wrench(self.body, self._world.getLastCollisionResult().getContacts())
         angles = self.position_rad
         if self._noise_rad > 0:
             angles = angles + self._rng.normal(0.0, self._noise_rad, len(angles))

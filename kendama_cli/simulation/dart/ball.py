@@ -12,7 +12,6 @@ from kendama_cli.errors import SimulationError
 from kendama_cli.physics.rim_crossing import is_inside
 from kendama_cli.physics.rope import RopeLaw
 from kendama_cli.physics.taut_rope import stretch_m
-from kendama_cli.robot_model.arm_motion import SAMPLE_S as STEP_S
 from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.cup import set_restitution
 from kendama_cli.robot_model.dart_library import dartpy
@@ -20,41 +19,7 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import BallSettings, CupSettings, GameSettings, SideTie
 from kendama_cli.simulation.dart import rope_kernel
 from kendama_cli.simulation.dart.arm_errors import NO_ERRORS, WorldErrors
-
-NOTHING: Array = np.zeros(3)
-
-
-class PressingForce:
-    """``force_n`` (3,) is what a ball has exerted on what it touches: neither rope nor air nor gravity gave it to it.
-
-        force = given + m g - m (v' - v) / T
-
-    Of the last two steps it is the smaller one, so that an impact, which is over, does not count.
-    """
-
-    def __init__(self) -> None:
-        self.let_go()
-
-    def let_go(self) -> None:
-        """Press on nothing, from whatever motion."""
-        self.force_n = self._last_n = self._given_n = NOTHING
-        self._before_m_s: Array | None = None
-
-    def before(self, velocity_m_s: Array, given_n: Array) -> None:
-        """Store the ball's velocity before a step, and the force of rope and air in that step (3,)."""
-        self._before_m_s, self._given_n = velocity_m_s, given_n
-
-    def after(self, velocity_m_s: Array, mass_kg: float, weight_n: Array) -> None:
-        """Infer the force from the velocity after that step of a ball of ``mass_kg`` and weight ``weight_n`` (3,)."""
-        if self._before_m_s is None:
-            return
-        now_n = self._given_n + weight_n - mass_kg / STEP_S * (velocity_m_s - self._before_m_s)
-        last_n, self._last_n = self._last_n, now_n
-        self.force_n = now_n if now_n @ now_n < last_n @ last_n else last_n
-
-
-RUBS_FULLY_M_S = 0.02
-"""Coulomb friction at the tie is smoothed below this speed of the ball across the rope."""
+from kendama_cli.simulation.dart.dynamics_kernel import KNOT, OVER, TIE, ArmArrays
 
 
 def make_ball(ball: BallSettings, cup: CupSettings) -> Any:
@@ -84,21 +49,22 @@ class TetheredBall:
 
     ``position_m`` and ``velocity_m_s`` (3,) are the ball's, ``tie_m`` and ``tie_m_s`` (3,) those of the cup's position,
     in the world; ``tension_n`` is the rope's tension in the last step, 0 where it is slack. ``rope``, ``pulled`` and
-    ``force_n`` are the arrays on which compiled code works (rope_kernel.pull).
+    ``force_n``, ``numbers`` and ``touch`` are the arrays on which compiled code works (rope_kernel, step_kernel).
     """
 
-    def __init__(self, game: GameSettings, arm: Body) -> None:
-        """Tie the ball to ``arm``."""
+    def __init__(self, game: GameSettings, arm: Body, moved: ArmArrays | None = None) -> None:
+        """Tie the ball to ``arm``; the motion of its cup is read from ``moved``, without that from DART."""
         self.skeleton = make_ball(game.ball, game.cup)
         self.game = game
         self._cup, self._tie = arm.cup, arm.tie
         self._knot = np.array(game.cup.tie_m) if isinstance(game.cup.tie, SideTie) else None
         self.pulled = np.zeros(13)
         self.pulled[rope_kernel.SIDE] = 1.0
+        self._moved = moved
         self._reaction = self.pulled[rope_kernel.REACTION : rope_kernel.PIVOT]
         self._pivot_m = self.pulled[rope_kernel.PIVOT : rope_kernel.SIDE]
         self.force_n = np.zeros(3)
-        self.pressing = PressingForce()
+        self.touch = np.zeros(13)
         self.perturb(NO_ERRORS)
 
     def perturb(self, errors: WorldErrors) -> None:
@@ -108,15 +74,13 @@ class TetheredBall:
         drag = (errors.drag_scale * one for one in self.game.drag)
         on_wall = [law.cup.side_m] if law.cup.side_m > 0.0 else []
         self.rope = np.array([*rope_kernel.rope_constants(law), *drag, over_tie_m, *on_wall])
-        self._tie_friction_m = errors.tie_friction_m
         tilt_x, tilt_y = errors.gravity_tilt_rad, errors.gravity_tilt_y_rad
         y, z = math.cos(tilt_x) * math.sin(tilt_y), math.cos(tilt_x) * math.cos(tilt_y)
         self._leans = np.array([math.sin(tilt_x), y, 1.0 - z])
         self.mass_kg = errors.mass_scale * self.game.ball.mass_kg
         weight_n = self.mass_kg * self.game.gravity_m_s2
-        self.weight_n = np.array([0.0, 0.0, -weight_n])
-        self._leaning_n = weight_n * self._leans
-        self._other = self._tie_friction_m > 0.0 or bool(self._leans.any())
+        rubbing = errors.tie_friction_m / law.length_m
+        self.numbers = np.array([self.mass_kg, self.game.gravity_m_s2, rubbing, *weight_n * self._leans])
         self.skeleton.getBodyNode(0).setInertia(_inertia(self.mass_kg, self.game.ball.radius_m))
         set_restitution(self._cup, self.game.cup.restitution if errors.restitution is None else errors.restitution)
 
@@ -124,7 +88,7 @@ class TetheredBall:
         """Hang still under the tie, ``aside_m`` along x and ``aside_y_m`` along y from where it would come to rest."""
         weight_n = self.mass_kg * self.game.gravity_m_s2
         length = self._law.length_m + stretch_m(weight_n, self._law.stiffness_n_m)
-        x, y, z = (self.tie_m if self._knot is None else _knot_m(self._cup, self._knot)).tolist()
+        x, y, z = self._tied_m().tolist()
         aside_m, aside_y_m = aside_m + length * self._leans[0], aside_y_m + length * self._leans[1]
         self.skeleton.resetAccelerations()
         self.pulled[: rope_kernel.SIDE] = (0.0, 0.0, weight_n, weight_n, 0.0, 0.0, -weight_n, x, y, z)
@@ -134,7 +98,7 @@ class TetheredBall:
         """Put the ball at ``place_m`` (3,), moving with ``velocity_m_s`` (3,)."""
         self.skeleton.setPositions(list(place_m))
         self.skeleton.setVelocities(list(velocity_m_s))
-        self.pressing.let_go()
+        self.touch[:] = 0.0
         self.observe()
 
     def pull(self, t_s: float) -> None:
@@ -148,21 +112,14 @@ class TetheredBall:
         state = (self.position_m, self.velocity_m_s, self.tie_m, self.tie_m_s, *over_tie)
         if not rope_kernel.pull(*state, self.rope, self.pulled, self.force_n):
             self.abort(t_s)
-        self.give()
-
-    def give(self) -> None:
-        """Let ``force_n`` act on the ball in the coming step, and what else does."""
-        given_n = self.force_n + self._leaning_n + self._rubbing() if self._other else self.force_n
-        self.pressing.before(self.velocity_m_s, given_n)
-        self.skeleton.setForces(given_n)
+        rope_kernel.pull_else(*state[:4], self.tension_n, self.numbers, self.force_n)
+        self.skeleton.setForces(self.force_n)
 
     def is_in_cup(self) -> bool:
         """Return True if the ball's centre is inside the cup, below the rim, as a sensor in the cup would say."""
-        x, y, z = (self.position_m - self.tie_m).tolist()
-        if x * x + y * y + z * z > (2 * self.game.cup.rim_m) ** 2:
-            return False
-        pose = self._cup.getWorldTransform()
-        return is_inside(pose.rotation().T @ (self.position_m - pose.translation()), self.game.cup)
+        apart, axis = self.position_m - self.tie_m, self.axis
+        along = apart @ axis
+        return is_inside(np.array([np.linalg.norm(apart - along * axis), 0.0, along]), self.game.cup)
 
     def react(self) -> None:
         """Let the tension of this step, or of the last one again, act on the cup, where the rope leaves it."""
@@ -176,19 +133,19 @@ class TetheredBall:
     @property
     def tie_m(self) -> Array:
         """The cup's place in the world (3,)."""
-        position: Array = self._tie.getCOM()
-        return position
+        return np.asarray(self._tie.getCOM() if (at := self._moved) is None else at.mark_m(TIE).copy())
 
     @property
     def axis(self) -> Array:
         """The cup's unit axis in the world (3,)."""
-        return np.asarray(self._cup.getWorldTransform().rotation()[:, 2])
+        if self._moved is None:
+            return np.asarray(self._cup.getWorldTransform().rotation()[:, 2])
+        return np.asarray(self._moved.mark_m(OVER) - self._moved.mark_m(TIE))
 
     @property
     def tie_m_s(self) -> Array:
         """The velocity of the cup's position (3,)."""
-        velocity: Array = self._tie.getCOMLinearVelocity()
-        return velocity
+        return np.asarray(self._tie.getCOMLinearVelocity() if (at := self._moved) is None else at.speeds[TIE].copy())
 
     @property
     def tension_n(self) -> float:
@@ -202,17 +159,14 @@ class TetheredBall:
 
     @property
     def drag_n(self) -> Array:
-        """The air's force on ball and string in the last step (3,) [N]."""
+        """The force in the last step (3,) [N] that is not the rope's: the air's, with errors more (pull_else)."""
         return np.asarray(self.force_n - self.pulled[:3])
 
-    def _rubbing(self) -> Array:
-        """Return the rope's Coulomb friction about its tie, as a force (3,) across the rope on the ball."""
-        across = self.velocity_m_s - self.tie_m_s
-        along = self.position_m - self.tie_m
-        along = along / max(float(np.linalg.norm(along)), 1e-9)
-        across = across - (across @ along) * along
-        size = self._tie_friction_m * self.tension_n / self._law.length_m
-        return -size * across / (float(np.linalg.norm(across)) + RUBS_FULLY_M_S)
+    def _tied_m(self) -> Array:
+        """Return the point in the world (3,) at which the rope is tied to the cup."""
+        if self._knot is None:
+            return self.tie_m
+        return _knot_m(self._cup, self._knot) if self._moved is None else self._moved.mark_m(KNOT)
 
     def abort(self, t_s: float) -> Never:
         """Raise SimulationError: the ball has gone far away."""

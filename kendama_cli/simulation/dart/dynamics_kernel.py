@@ -15,6 +15,9 @@ from kendama_cli.system.compiled import NONE, READ, READ_2D, WRITE, WRITE_2D, Ar
 AXIS, ORIGIN, CENTER, INERTIA, MASS, ROTOR = 0, 3, 6, 9, 18, 19
 """Columns of the links (n, 20) in the posture of zeros, in the world: a joint's axis and a point of it, its link's
 centre of mass, the inertia about that, row by row, and the mass; and the joint's rotor, which counts in H alone."""
+ROOT, MIDDLE, TIE, OVER, KNOT = range(5)
+"""Marks on the last link: its joint's origin, the cup's middle, its position (the tie, if on the axis), the point of
+the axis 1 m over it, and a tie on the wall."""
 
 
 @compiled_as(NONE(READ, READ, READ_2D, READ_2D, float64, WRITE_2D, WRITE, WRITE_2D, WRITE_2D, WRITE_2D))
@@ -178,7 +181,7 @@ def carry_rotors(screws: Array, velocity_rad_s: Array, change: Array, rotor: Arr
 
 
 class ArmArrays:
-    """Constants of ``arm`` in a ``game`` from which compiled code finds inertia, bias and points (see StepArrays).
+    """Arrays of ``arm`` in a ``game``: constants, and what ``move_chain`` finds from them in a state of the joints.
 
     With ``links`` the ball may touch links and handle as well as the cup.
     """
@@ -197,6 +200,18 @@ class ArmArrays:
             marks.append(tie_m + pose.rotation @ game.cup.tie_m)
         self.marks = np.array(marks)
         self.radii = _radii(arm, game, links=links)
+        self._gravity_m_s2 = arm.gravity_m_s2
+        self.inertia, self.bias, self.screws = np.zeros((n, n)), np.zeros(n), np.zeros((n, 6))
+        self.points, self.speeds = np.zeros((n + len(marks), 3)), np.zeros((len(marks), 3))
+
+    def move(self, position_rad: Array, velocity_rad_s: Array) -> None:
+        """Find inertia, bias, screws and points of the joints' ``position_rad`` and ``velocity_rad_s`` (n,)."""
+        found = self.inertia, self.bias, self.screws, self.points, self.speeds
+        move_chain(position_rad, velocity_rad_s, self.links, self.marks, self._gravity_m_s2, *found)
+
+    def mark_m(self, mark: int) -> Array:
+        """Return the place (3,) of a mark on the last link (ROOT and so on)."""
+        return self.points[len(self.bias) + mark]
 
 
 def _radii(arm: RobotModel, game: GameSettings, *, links: bool) -> Array:

@@ -17,7 +17,6 @@ from kendama_cli.simulation.dart import step_kernel, torque_kernel
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.drive_kernel import Drive
 from kendama_cli.simulation.dart.dynamics_kernel import ArmArrays
-from kendama_cli.simulation.dart.step_kernel import StepArrays
 
 
 class JointFriction:
@@ -64,15 +63,15 @@ class JointControl:
     """
 
     def __init__(self, arm: RobotModel, body: Body, arrays: ArmArrays, step_s: float) -> None:
-        self._constants = arrays
-        self._arm, self._skeleton, self._joints = arm, body.skeleton, body.joints
+        self._moved = arrays
+        self._arm = arm
         self.friction = JointFriction(body.joints, arm.friction, arm.limits.effort_nm)
         self.drive = Drive(arm.limits, step_s)
         stiffness = arm.settings.stiffness_1_s2
         self._gains = np.array([stiffness, 2.0 * math.sqrt(stiffness), step_s, arm.gravity_m_s2])
         self.effort_nm = self._none = np.zeros(len(arm.joint_names))
-        self._force_nm = np.zeros_like(self._none)
-        self._arrays: StepArrays
+        self.force_nm = np.zeros_like(self._none)
+        self._arrays: tuple[Array, ...]
 
     def reset(self, position_rad: Array, velocity_rad_s: Array) -> None:
         """Begin at ``position_rad`` with ``velocity_rad_s``, the motors giving nothing."""
@@ -81,7 +80,12 @@ class JointControl:
 
     def take(self, ball: TetheredBall) -> None:
         """Work from now on with ``ball``, its rope and errors as they are now."""
-        self._arrays = _arrays(self._constants, self.friction, self.drive, ball, self._gains, self._force_nm)
+        arm, drive, friction = self._moved, self.drive, self.friction
+        self._arrays = (
+            arm.links, arm.marks, drive.limits, friction.constants, arm.radii, self._gains, friction.unknown, ball.rope,
+            ball.numbers, drive.state, friction.level_nm, ball.pulled, ball.force_n, self.force_nm, ball.touch,
+            arm.inertia, arm.bias, arm.screws, arm.points, arm.speeds,
+        )  # fmt: skip
 
     def follow(  # noqa: PLR0917
         self,
@@ -91,32 +95,25 @@ class JointControl:
         added_nm: Array | float,
         state: tuple[Array, Array],
         t_s: float,
-    ) -> bool:
+    ) -> Array | None:
         """Have the motors give the torque toward ``reference`` (places, speeds, accelerations) by ArmWorld.step's law.
 
-        ``state`` is where the joints are and how fast. Compiled code finds friction and the rope's tension, which also
-        forces ``ball``. Return True if nothing can touch in the coming step, nor a joint come to its limits. Raises
-        SimulationError, naming the joint, where a torque would not be finite.
+        ``state`` is where the joints are and how fast. Compiled code finds friction and the rope's tension. Return the
+        state after the step (step_kernel) where nothing can touch in it, nor a joint come to its limits; else None, and
+        ``force_nm`` on the joints and the ball's ``force_n`` are left to DART. Raises SimulationError, naming the
+        joint, where a torque would not be finite.
         """
         drive = self.drive
         noise = noise_rad if isinstance(noise_rad, np.ndarray) else self._filled(noise_rad)
         added = added_nm if isinstance(added_nm, np.ndarray) else self._filled(added_nm)
-        self.effort_nm = effort_nm = np.empty(len(self._none))
+        self.effort_nm, after = np.empty(n := len(self._none)), np.empty(3 * n + 6)
         answer = step_kernel.step_forces(
-            *reference, noise, added, *state, ball.position_m, ball.velocity_m_s, ball.pressing.force_n, effort_nm,
-            *self._arrays,
-        )  # fmt: skip
+            *reference, noise, added, *state, ball.position_m, ball.velocity_m_s, self.effort_nm, after, *self._arrays
+        )
         drive.limited = bool(answer & torque_kernel.LIMITED)
         if answer > torque_kernel.NEAR + torque_kernel.LIMITED or answer & torque_kernel.NOT_FINITE:
             self._refuse(answer, ball, t_s)
-        ball.give()
-        self._skeleton.setForces(self._force_nm)
-        return not answer & torque_kernel.NEAR
-
-    def enforce_limits(self, *, enforce: bool) -> None:
-        """Let DART look after the joints' stops and top speeds, or not, where none can be reached."""
-        for joint in self._joints:
-            joint.setLimitEnforcement(enforce)
+        return None if answer & torque_kernel.NEAR else after
 
     def _refuse(self, answer: int, ball: TetheredBall, t_s: float) -> Never:
         if answer & torque_kernel.GONE:
@@ -136,23 +133,3 @@ class JointControl:
             f"the {what} of joint '{name}' of {self._arm.settings.name} is {values[bad]} at {t_s:.3f} s; the "
             f"simulation stops: {remedy}",
         )
-
-
-def _arrays(  # noqa: PLR0917 - the owners of the arrays, one after another
-    arrays: ArmArrays, friction: JointFriction, drive: Drive, ball: TetheredBall, gains: Array, force_nm: Array
-) -> StepArrays:
-    return StepArrays(
-        links=arrays.links,
-        marks=arrays.marks,
-        limits=drive.limits,
-        joints=friction.constants,
-        radii=arrays.radii,
-        gains=gains,
-        unknown=friction.unknown,
-        rope=ball.rope,
-        state=drive.state,
-        level=friction.level_nm,
-        pulled=ball.pulled,
-        ball_force=ball.force_n,
-        force=force_nm,
-    )

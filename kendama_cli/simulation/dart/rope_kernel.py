@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from kendama_cli.physics.free_fall import drag_n
 from kendama_cli.physics.rope import CupProfile, RopeLaw, rope_pull
 from kendama_cli.system.compiled import NONE, READ, WRITE, Array, boolean, compiled, compiled_as, float64
@@ -9,6 +11,11 @@ from kendama_cli.system.compiled import NONE, READ, WRITE, Array, boolean, compi
 TENSION, REACTION, PIVOT, SIDE = 3, 4, 7, 10
 """Offsets in ``pulled`` (13,): the rope's force on the ball (3), its size, the opposite force on the cup (3)
 and where in the world it acts (3), and the direction (3) in which the rope last left the cup's axis."""
+MASS, GRAVITY, RUBBING, LEANING = range(4)
+"""Offsets in the ball's numbers (6,): its mass, gravity, the tie's friction over the rope's length, and the force (3,)
+by which gravity leans."""
+RUBS_FULLY_M_S = 0.02
+"""Coulomb friction at the tie is smoothed below this speed of the ball across the rope."""
 FAR_AWAY = 1e4
 """A ball farther away or faster than this, in m and m/s, has left the domain of the model."""
 HEIGHT, ON_WALL = 12, 13
@@ -89,3 +96,24 @@ def pull(  # noqa: PLR0917 - plain numbers and arrays, as compiled code takes th
         force[r] += pulled[r]
         extent += abs(ball_m[r]) + abs(ball_m_s[r])
     return bool(extent < FAR_AWAY)
+
+
+@compiled_as(NONE(READ, READ, READ, READ, float64, READ, WRITE))
+def pull_else(  # noqa: PLR0917
+    ball_m: Array,
+    ball_m_s: Array,
+    tie_m: Array,
+    tie_m_s: Array,
+    tension_n: float,
+    numbers: Array,
+    force: Array,
+) -> None:
+    """Add to ``force`` (3,) the lean of gravity and the rope's Coulomb friction about its tie, across the rope."""
+    path, motion = _between(ball_m, 0, tie_m), _between(ball_m_s, 0, tie_m_s)
+    length = max(math.sqrt(path[0] ** 2 + path[1] ** 2 + path[2] ** 2), 1e-9)
+    along = (path[0] * motion[0] + path[1] * motion[1] + path[2] * motion[2]) / length**2
+    x, y, z = motion[0] - along * path[0], motion[1] - along * path[1], motion[2] - along * path[2]
+    size = numbers[RUBBING] * tension_n / (math.sqrt(x * x + y * y + z * z) + RUBS_FULLY_M_S)
+    force[0] += numbers[LEANING] - size * x
+    force[1] += numbers[LEANING + 1] - size * y
+    force[2] += numbers[LEANING + 2] - size * z

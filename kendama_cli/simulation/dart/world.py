@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from kendama_cli.robot_model.arm_motion import SAMPLE_S
 from kendama_cli.robot_model.body import Body
 from kendama_cli.robot_model.cup import frame_along
-from kendama_cli.robot_model.dart_library import dartpy
+from kendama_cli.robot_model.dart_library import awake_world, dartpy
 from kendama_cli.robot_model.model import HANDLE_RADIUS_M, RobotModel
 from kendama_cli.schema.arrays import Array
 from kendama_cli.settings.game import CupSettings, GameSettings
@@ -18,9 +19,13 @@ from kendama_cli.simulation.dart.arm_errors import WRIST_JOINTS, WorldErrors
 from kendama_cli.simulation.dart.ball import TetheredBall
 from kendama_cli.simulation.dart.dynamics_kernel import ROTOR, ArmArrays
 from kendama_cli.simulation.dart.joint_control import JointControl
-from kendama_cli.simulation.dart.stepper import STEP_S, Stepper, WorldPair
 from kendama_cli.simulation.dart.wrist import wrist_wrench
 
+STEP_S = SAMPLE_S
+"""Step of simulation and control, one sample of a planned motion.
+
+At 1 ms nothing tunnels up to 8 m/s and the rope is far from its stability limit.
+"""
 SHORTEST_M = 1e-3
 """A link whose joints' origins coincide has no capsule of its own: its neighbours' caps cover it."""
 
@@ -91,23 +96,25 @@ class ArmWorld:
 
     The arm obeys q'' = H^-1 (tau - C q' - xi - g - J^T F) (eq. 2); from its cup hangs the ``ball``. ``position_rad``,
     ``velocity_rad_s`` and ``effort_nm`` are (n,).
+
+    Compiled code makes each step in which nothing can touch and no joint comes to its limits (step_kernel), DART the
+    others: it takes the state over where it is needed.
     """
+
+    position_rad: Array
+    velocity_rad_s: Array
 
     def __init__(self, robot: RobotSettings, game: GameSettings, *, links: bool = False) -> None:
         """Build the world; with ``links`` the ball touches the arm's links and the handle as well as the cup."""
         self.arm = arm = RobotModel(robot, game.cup, game.gravity_m_s2)
-        self.body = arm.new_body()
-        self._rotors = Rotors(self.body, arm.rotor_inertia_kg_m2)
+        self._body = body = arm.new_body()
+        self._rotors = Rotors(body, arm.rotor_inertia_kg_m2)
         if links:
-            attach_links(self.body, arm, game.cup)
-        self._skeleton = self.body.skeleton
+            attach_links(body, arm, game.cup)
+        self._skeleton = body.skeleton
         self._arrays = ArmArrays(arm, game, links=links)
-        self._control = JointControl(arm, self.body, self._arrays, STEP_S)
-        self.ball = TetheredBall(game, self.body)
-        pair = WorldPair(game.gravity_m_s2)
-        pair.add(self._skeleton)
-        pair.add(self.ball.skeleton)
-        self._stepper = Stepper(pair, self._control, self.ball)
+        self._control = JointControl(arm, body, self._arrays, STEP_S)
+        self.ball = TetheredBall(game, body, self._arrays)
         self._start_m = (0.0, 0.0)
         self.reset(arm.home_rad)
 
@@ -123,14 +130,17 @@ class ArmWorld:
 
         The ball hangs still, and nothing of the time before is left in DART.
         """
-        self._stepper.reset()
         velocity = np.zeros_like(self.arm.home_rad) if velocity_rad_s is None else velocity_rad_s
-        self.body.put(position_rad, velocity)
+        self._dart = awake_world(STEP_S, self.ball.game.gravity_m_s2)  # a solver would start from what it found before
+        for skeleton in (self._skeleton, self.ball.skeleton):
+            self._dart.addSkeleton(skeleton)
+        self._body.put(position_rad, velocity)
         self._control.reset(position_rad, velocity)
-        self._steps = 0
-        self.t_s = 0.0
+        self._control.take(self.ball)
+        self._steps, self.t_s = 0, 0.0
+        self._after: Array | None = None
+        self._read()
         self.ball.hang(*self._start_m)
-        self._observe()
 
     def step(
         self,
@@ -150,15 +160,35 @@ class ArmWorld:
         """
         state = self.position_rad, self.velocity_rad_s
         reference = position_rad, velocity_rad_s, acceleration_rad_s2
-        self._stepper.follow(reference, noise_rad, feedforward_nm, state, self.t_s)
+        ball, control = self.ball, self._control
+        after = control.follow(ball, reference, noise_rad, feedforward_nm, state, self.t_s)
+        if after is None:
+            self._hand_over()
+            ball.skeleton.setForces(ball.force_n)
+            self._skeleton.setForces(control.force_nm)
+            self._dart.step()
+            self._read()
+            ball.observe()
+        else:
+            n = len(control.effort_nm)
+            self.position_rad, self.velocity_rad_s = after[:n], after[n : 2 * n]
+            ball.position_m, ball.velocity_m_s = after[3 * n : 3 * n + 3], after[3 * n + 3 :]
+        self._after = after
         self._steps += 1
         self.t_s = self._steps * STEP_S
-        self._observe()
 
     def wrist_wrench(self) -> Array:
         """Return the wrench between tip link and tool after the last step: (6,), force [N], torque [Nm]."""
+        contacts = self._dart.getLastCollisionResult().getContacts() if self._after is None else ()
+        body = self.body
         self.ball.react()
-        return wrist_wrench(self.body, self._stepper.world)
+        return wrist_wrench(body, contacts)
+
+    @property
+    def body(self) -> Body:
+        """DART's bodies of the arm in the present state."""
+        self._hand_over()
+        return self._body
 
     @property
     def limited(self) -> bool:
@@ -170,7 +200,17 @@ class ArmWorld:
         """Motors' torques in the last step (n,)."""
         return self._control.effort_nm
 
-    def _observe(self) -> None:
-        self.position_rad: Array = self._skeleton.getPositions()
-        self.velocity_rad_s: Array = self._skeleton.getVelocities()
-        self.ball.observe()
+    def _hand_over(self) -> None:
+        """Let DART have the state that compiled code has made."""
+        if self._after is not None:
+            n, ball = len(self.position_rad), self.ball
+            self._skeleton.setPositions(self.position_rad)
+            self._skeleton.setVelocities(self.velocity_rad_s)
+            self._skeleton.setAccelerations(self._after[2 * n : 3 * n])
+            ball.skeleton.setPositions(ball.position_m)
+            ball.skeleton.setVelocities(ball.velocity_m_s)
+
+    def _read(self) -> None:
+        """Take the arm's state over from DART."""
+        self.position_rad, self.velocity_rad_s = self._skeleton.getPositions(), self._skeleton.getVelocities()
+        self._arrays.move(self.position_rad, self.velocity_rad_s)

@@ -14,7 +14,7 @@ from kendama_cli.plugins.interact.impedance_law import pose_error
 from kendama_cli.plugins.interact.interface import JointTorque
 from kendama_cli.plugins.interact.settings import ProbeSettings, make_controller
 from kendama_cli.plugins.interact.world import ProbeWorld, coriolis_nm
-from kendama_cli.simulation.dart.stepper import STEP_S
+from kendama_cli.simulation.dart.world import STEP_S
 from tests.plugins.interact.shipped_scene import body, controller, press, scene
 from tests.simulation.dart.bench_robot import bench_arm, frictionless_bench_arm
 

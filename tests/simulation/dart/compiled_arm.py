@@ -1,4 +1,4 @@
-"""The compiled arm alone, and a world in which DART finds friction and contacts together: referees for tests."""
+"""A world in which DART makes every step and finds friction and contacts together: a referee for tests."""
 
 from __future__ import annotations
 
@@ -6,41 +6,21 @@ from typing import Any
 
 import numpy as np
 
-from kendama_cli.robot_model.model import RobotModel
 from kendama_cli.schema.arrays import Array
-from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart import torque_kernel
-from kendama_cli.simulation.dart.dynamics_kernel import ROTOR, ArmArrays, carry_rotors, move_chain
+from kendama_cli.simulation.dart.dynamics_kernel import ROTOR, carry_rotors
 from kendama_cli.simulation.dart.rope_kernel import PIVOT, REACTION, SIDE
 from kendama_cli.simulation.dart.world import ArmWorld
 
 
-class CompiledArm:
-    """Inertia H (n, n), bias C q' + g (n,), screws (n, 6) and points of ``arm`` after ``observe``."""
-
-    def __init__(self, arm: RobotModel, game: GameSettings, *, links: bool = False) -> None:
-        self.arrays = arrays = ArmArrays(arm, game, links=links)
-        n = len(arm.joint_names)
-        self._gravity_m_s2 = arm.gravity_m_s2
-        self.inertia, self.bias, self.screws = np.zeros((n, n)), np.zeros(n), np.zeros((n, 6))
-        self.points, self._speeds = np.zeros((n + len(arrays.marks), 3)), np.zeros_like(arrays.marks)
-
-    def observe(self, position_rad: Array, velocity_rad_s: Array) -> None:
-        constants = self.arrays.links, self.arrays.marks, self._gravity_m_s2
-        found = self.inertia, self.bias, self.screws, self.points, self._speeds
-        move_chain(position_rad, velocity_rad_s, *constants, *found)
-
-
 def left_to_dart(world: ArmWorld) -> None:
-    """Let DART find the friction of every step of ``world``, with its contacts; rotors are carried as told."""
-    stepper, control, ball, n = world._stepper, world._control, world.ball, len(world.arm.joint_names)
-    arm = CompiledArm(world.arm, ball.game)
+    """Let DART make every step of ``world``, its friction with its contacts; rotors are carried as told."""
+    control, ball, n, arm = world._control, world.ball, len(world.arm.joint_names), world._arrays
     friction, drive = control.friction, control.drive
 
     def follow(
-        reference: tuple[Array, Array, Array], _: Any, added: Any, state: tuple[Array, Array], t_s: float
+        _: Any, reference: tuple[Array, Array, Array], __: Any, added: Any, state: tuple[Array, Array], t_s: float
     ) -> None:
-        arm.observe(*state)
         control.effort_nm = effort = np.empty(n)
         torque_kernel.command(
             *reference, np.zeros(n), np.zeros(n) + added, *state, drive.state, drive.limits, control._gains[:3],
@@ -52,15 +32,14 @@ def left_to_dart(world: ArmWorld) -> None:
         viscous = friction.unknown[0] * friction.constants[torque_kernel.VISCOUS]
         load = effort - arm.bias - viscous * state[1]
         load += arm.screws @ np.concatenate([np.cross(at_m, force_n), force_n])
-        change, force, step_s = np.zeros(n), effort.copy(), control._gains[2]
+        change, force, step_s = np.zeros(n), control.force_nm, control._gains[2]
+        force[:] = effort
         torque_kernel.accelerations(
             arm.inertia, viscous, state[1], load, friction.level_nm, step_s, np.empty(n), change
         )
-        carry_rotors(arm.screws, state[1], change, arm.arrays.links[:, ROTOR], force)
-        world.body.skeleton.setForces(force)
+        carry_rotors(arm.screws, state[1], change, arm.links[:, ROTOR], force)
         ball.pull(t_s)
         if ball.tension_n > 0.0:
             ball.react()
-        world._stepper.world.step()
 
-    stepper.follow = follow  # type: ignore[method-assign, assignment]
+    control.follow = follow  # type: ignore[method-assign, assignment]

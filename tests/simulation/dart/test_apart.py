@@ -1,4 +1,4 @@
-"""Steps in which nothing can touch and DART looks for nothing: that changes nothing but the time it takes."""
+"""Steps in which nothing can touch, made by compiled code: the arm and the ball move as DART moves them."""
 
 from __future__ import annotations
 
@@ -21,17 +21,18 @@ from tests.simulation.dart.compiled_arm import left_to_dart
 
 
 def watched(world: ArmWorld, *, always_held: bool = False) -> list[bool]:
-    """Whether each step was one in which DART looked for contacts; ``always_held``: and finds all friction so."""
+    """Whether each step was one of DART's; ``always_held``: all are, and it finds all friction."""
     looked: list[bool] = []
     if always_held:
         left_to_dart(world)
-    stepper, follow = world._stepper, world._stepper.follow
+    follow = world._control.follow
 
-    def followed(*arguments: Any) -> None:
-        follow(*arguments)
-        looked.append(not stepper._apart)
+    def followed(*arguments: Any) -> Array | None:
+        after = follow(*arguments)
+        looked.append(after is None)
+        return after
 
-    stepper.follow = followed  # type: ignore[method-assign]
+    world._control.follow = followed  # type: ignore[method-assign, assignment]
     return looked
 
 
@@ -66,6 +67,34 @@ def test_an_arm_moves_as_if_dart_had_looked_for_contacts_and_friction_in_every_s
     assert np.mean(looked) < 0.2
     assert all(always)
     assert np.abs(apart - touching).max() < rounding_rad
+
+
+def test_compiled_code_makes_the_step_that_dart_makes_of_the_same_forces() -> None:
+    """A rope that is taut and slack, leaning gravity, a tie that rubs, a light ball: 700 steps, to rounding."""
+    seen, errors = [], WorldErrors(
+        gravity_tilt_rad=0.05, gravity_tilt_y_rad=-0.03, tie_friction_m=1e-3, mass_scale=0.7, ball_start_m=0.2,
+        joint_friction_nm=0.5, rope_scale=1.1, drag_scale=2.0,
+    )  # fmt: skip
+    for near in (False, True):
+        world = ArmWorld(bench_arm(), kendama_game())
+        if near:  # so large that the ball is always by the cup
+            world._arrays.radii[-1] = 1e3
+        world.perturb(errors)
+        world.reset(world.arm.home_rad)
+        world.ball.put(world.ball.position_m, [1.5, 0.3, 2.5])
+        looked, states = watched(world), []
+        for k in range(1, 700):
+            t = k * STEP_S
+            place, speed, change = 0.1 * (1 - math.cos(8 * t)), 0.8 * math.sin(8 * t), 6.4 * math.cos(8 * t)
+            world.step(world.arm.home_rad + place, *(np.full(7, one) for one in (speed, change)))
+            ball = world.ball
+            cup = np.concatenate([ball.tie_m, ball.tie_m_s, ball.axis, [ball.tension_n], world.wrist_wrench()])
+            states.append(np.concatenate([world.position_rad, ball.position_m, ball.velocity_m_s, cup]))
+        assert np.mean(looked) == near
+        seen.append(np.array(states))
+    compiled, dart = seen
+    assert 50 < (dart[:, 22] == 0.0).sum() < 680
+    assert np.abs(compiled - dart).max() < 1e-10, "measured: 6e-12 N of tension"
 
 
 def test_a_tie_on_the_cups_wall_pulls_alike_whether_dart_looks_or_not_and_lies_under_no_axis() -> None:
@@ -126,10 +155,10 @@ def test_dart_looks_before_anything_touches() -> None:
         world.ball.put((target + path).tolist(), (-path / 0.35 * rng.uniform(1.0, 12.0)).tolist())
         for step in range(150):
             world.step(home, still, still)
-            contacts = world._stepper._worlds.touching.getLastCollisionResult().getNumContacts()
+            contacts = world._dart.getLastCollisionResult().getNumContacts()
             if contacts and looked[-1]:
                 assert step == 0 or looked[-2], "something touched in the first step in which DART looked"
                 touched += 1
                 break
-        del world._stepper.follow  # type: ignore[attr-defined]
+        del world._control.follow
     assert touched > 25

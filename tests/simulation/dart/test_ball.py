@@ -11,7 +11,8 @@ import pytest
 
 from kendama_cli.settings.game import LinearAir, SideTie
 from kendama_cli.simulation.dart.arm_errors import WorldErrors
-from kendama_cli.simulation.dart.ball import RUBS_FULLY_M_S, PressingForce
+from kendama_cli.simulation.dart.rope_kernel import RUBS_FULLY_M_S
+from kendama_cli.simulation.dart.step_kernel import BEFORE, GIVEN, LAST, PRESSED, press
 from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game
 
@@ -28,20 +29,18 @@ def _world(errors: WorldErrors, game: object = GAME) -> ArmWorld:
 
 
 def test_what_a_ball_presses_with_is_what_its_forces_do_not_explain_the_smaller_of_two_steps() -> None:
-    pressing, weight = PressingForce(), np.array([0.0, 0.0, -0.5])
-    pressing.after(np.ones(3), 0.05, weight)
-    assert not pressing.force_n.any(), "nothing is known of the step before"
+    touch, weight, numbers = np.zeros(13), np.array([0.0, 0.0, -0.5]), np.array([0.05, 10.0, 0.0, 0.0, 0.0, 0.0])
+    press(np.ones(3), numbers, STEP_S, touch)
+    assert not touch.any(), "nothing is known of the step before"
     given, before = np.array([0.1, 0.0, 0.2]), np.array([1.0, 0.0, -2.0])
     told = []
     for after in ([1.0, 0.0, -2.0], [1.0, 0.0, -1.9], [1.002, 0.0, -2.006], [1.002, 0.0, -2.006]):
-        pressing.before(before, given)
-        pressing.after(np.array(after), 0.05, weight)
-        told.append((given + weight - 0.05 * (np.array(after) - before) / STEP_S, pressing.force_n))
+        touch[BEFORE:GIVEN], touch[GIVEN:LAST], touch[PRESSED] = before, given, 1.0
+        press(np.array(after), numbers, STEP_S, touch)
+        told.append((given + weight - 0.05 * (np.array(after) - before) / STEP_S, touch[:3].copy()))
     assert told[1][1] == pytest.approx(told[0][0]), "an impact does not count"
     assert told[2][1] == pytest.approx(told[2][0])
     assert told[3][1] == pytest.approx(told[3][0])
-    pressing.let_go()
-    assert not pressing.force_n.any()
 
 
 def test_a_free_ball_falls_along_a_gravity_that_leans_by_both_angles_with_all_of_its_size() -> None:
@@ -102,7 +101,7 @@ def test_a_ball_at_rest_in_the_cup_presses_with_its_weight_and_is_in_it() -> Non
     world.ball.put((world.ball.tie_m + np.array([0.0, 0.0, 0.03])).tolist(), [0.0, 0.0, 0.0])
     for _ in range(600):
         world.step(world.arm.home_rad, STILL, STILL)
-    assert world.ball.pressing.force_n == pytest.approx([0.0, 0.0, -GAME.ball.mass_kg * G], abs=1e-3)
+    assert world.ball.touch[:3] == pytest.approx([0.0, 0.0, -GAME.ball.mass_kg * G], abs=1e-3)
     assert world.ball.is_in_cup()
     assert world.ball.axis == pytest.approx([0.0, 0.0, 1.0], abs=1e-3)
     inertia = world.ball.skeleton.getBodyNode(0).getInertia().getMoment()

@@ -13,7 +13,6 @@ from kendama_cli.settings.game import SideTie
 from kendama_cli.simulation.dart.dynamics_kernel import ArmArrays, carry_rotors, move_chain
 from tests.robot_model.random_chain import bias, inertia, jacobian, poses, random_chain
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
-from tests.simulation.dart.compiled_arm import CompiledArm
 
 EXACT = {"rel": 1e-7, "abs": 1e-7}
 """Of the differences by which the referee finds the inertia's change."""
@@ -59,10 +58,10 @@ def test_marks_and_radii_are_those_of_the_placed_arm_its_handle_and_its_cup(cup:
     if cup == "side":
         game = dataclasses.replace(game, cup=dataclasses.replace(game.cup, tie=SideTie("side", 0.02, 50.0)))
     arm = modelled(robot)
-    body, compiled = arm.new_body(), CompiledArm(arm, game, links=True)
+    body, compiled = arm.new_body(), ArmArrays(arm, game, links=True)
     angles = np.random.default_rng(1).uniform(-1.5, 1.5, 7)
     body.skeleton.setPositions(angles)
-    compiled.observe(angles, np.zeros(7))
+    compiled.move(angles, np.zeros(7))
     tie_m, rotation = body.tie.getCOM(), body.cup.getWorldTransform().rotation()
     height = game.cup.rim_m
     expected = [tie_m + height / 2 * rotation[:, 2], tie_m, tie_m + rotation[:, 2]]
@@ -72,7 +71,7 @@ def test_marks_and_radii_are_those_of_the_placed_arm_its_handle_and_its_cup(cup:
     assert compiled.points[7] == pytest.approx(arm.joint_positions_m(angles)[-1], abs=1e-12)
     assert compiled.points[8:] == pytest.approx(np.array(expected), abs=1e-12)
     ball = game.ball.radius_m
-    radii = compiled.arrays.radii - ball
+    radii = compiled.radii - ball
     # the widest of the cup is a corner between two staves, at the rim or at the bottom, seen from half its height
     corner = complex(1.0, math.tan(math.pi / game.cup.staves)) * game.cup.outer_radius_m
     assert radii[-1] == pytest.approx(math.hypot(abs(corner), height / 2))

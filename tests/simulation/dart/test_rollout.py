@@ -18,8 +18,7 @@ from kendama_cli.schema.settings import build
 from kendama_cli.settings.game import GameSettings
 from kendama_cli.simulation.dart.arm_errors import NO_ERRORS, WorldErrors
 from kendama_cli.simulation.dart.rollout import BEFORE_FLIGHT_S, FlightRecord, RolloutResult, play_rollout
-from kendama_cli.simulation.dart.stepper import STEP_S
-from kendama_cli.simulation.dart.world import ArmWorld
+from kendama_cli.simulation.dart.world import STEP_S, ArmWorld
 from tests.motion.swings import settings as encode_settings
 from tests.shipped_conf import plain
 from tests.simulation.dart.bench_robot import ROOT, bench_arm, kendama_game
