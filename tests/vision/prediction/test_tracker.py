@@ -95,7 +95,7 @@ def test_the_search_hints_the_detector_where_the_ball_should_be():
     made = BallTracker(CAMERAS, lambda: detector, CatchPoseEstimator(9.81, 0.0, 0.07))
     for step in range(3):
         detector.answer = sighting([200.0 + 5 * step, 200.0])
-        made.search.detect("left", 0.01 * step, BLACK, (0, 0))
+        made.search.detect("left", 1.0 + 0.01 * step, BLACK, (0, 0))
     assert detector.hints[0] is None
     assert detector.hints[2].centre_px == pytest.approx([210.0, 200.0])
 
