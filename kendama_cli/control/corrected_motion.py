@@ -213,17 +213,17 @@ class CorrectedMotion:
     def _aim(self, pose: CatchPose, start_s: float) -> None:
         """Plan the shift from ``start_s`` on, where there is time for another plan."""
         settings = self._settings
-        meeting_s, ball_m, ball_m_s = self._meeting(pose)
-        end_s = meeting_s - self.lag_s
+        falls_s = self._falls_s(pose)
+        end_s = pose.t_s + falls_s - self.lag_s
         if end_s - start_s < settings.freeze_before_catch_s:
             if not self._plans:
                 self._catch_s = start_s
             return
         self._catch_s = end_s
         cup_m, cup_m_s = self._plan.at(end_s, self._lever_m)
-        aim_m = shortened((ball_m - cup_m)[:2], settings.max_shift_m)
+        aim_m = shortened((pose.position_m + falls_s * pose.velocity_m_s - cup_m)[:2], settings.max_shift_m)
         displacement_m = aim_m - self._shift_m
-        desired_m_s = brakable(settings.matching * (ball_m_s - cup_m_s)[:2], aim_m, settings)
+        desired_m_s = brakable(settings.matching * (pose.velocity_m_s - cup_m_s)[:2], aim_m, settings)
         self._plans = [
             plan_interception(
                 displacement_m=float(displacement_m[axis]),
@@ -236,17 +236,14 @@ class CorrectedMotion:
             for axis in range(2)
         ]
 
-    def _meeting(self, pose: CatchPose) -> tuple[float, Array, Array]:
-        """Return when the ball comes down to the planned cup's height, and its position and velocity (3,) then."""
-        s = 0.0
-        down = np.array([0.0, 0.0, -self._plan.arm.gravity_m_s2])
+    def _falls_s(self, pose: CatchPose) -> float:
+        """Return how long after ``pose`` the ball comes down to the planned cup's height [s]."""
+        s, g = 0.0, self._plan.arm.gravity_m_s2
         for _ in range(4):
             cup_m, cup_m_s = self._plan.at(pose.t_s + s - self.lag_s, self._lever_m)
-            ball_m = pose.position_m + s * pose.velocity_m_s + 0.5 * s * s * down
-            ball_m_s = pose.velocity_m_s + s * down
-            closing = min(float(ball_m_s[2] - cup_m_s[2]), -0.2)
-            s -= float(ball_m[2] - cup_m[2]) / closing
-        return pose.t_s + s, pose.position_m + s * pose.velocity_m_s + 0.5 * s * s * down, pose.velocity_m_s + s * down
+            above_m = pose.position_m[2] + s * pose.velocity_m_s[2] - 0.5 * s * s * g - cup_m[2]
+            s -= float(above_m) / min(float(pose.velocity_m_s[2] - s * g - cup_m_s[2]), -0.2)
+        return s
 
     def _with_acceleration(self, acceleration_m_s2: Array, rising_m_s2: float, k: int) -> _Tried:
         """Return the command, True if the joints' limits allow it, the shift and its velocity, and the lift."""

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from kendama_cli.artifacts.catch_pose import CatchPose
 from kendama_cli.control.corrected_motion import CorrectedMotion, CupPlan, bounded, brakable, shortened
@@ -187,6 +190,28 @@ def test_a_ball_may_be_foreseen_at_any_height_of_its_flight() -> None:
     before = dataclasses.replace(down, t_s=CATCH_S - early, position_m=position, velocity_m_s=velocity)
     ours, theirs = (np.array([one.position_rad for one in played(pose)[1]]) for pose in (before, down))
     assert ours[: round(CATCH_S / H)] == pytest.approx(theirs[: round(CATCH_S / H)], abs=1e-6)
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.05])
+@pytest.mark.parametrize("foreseen_s", [1.0, 1.3, 1.6, 1.9])
+def test_the_catch_is_when_the_ball_comes_down_to_the_cup_that_the_late_drive_then_has(
+    foreseen_s: float, lag_s: float
+) -> None:
+    """By the root of its height over the plan, which goes up and down here."""
+    cup = swing().cup
+    motion = CorrectedMotion(cup, ADAPT.correction, RIM_M)
+    for _ in range(round(foreseen_s / H) - 60):
+        motion.next()
+    motion._lag = cast("Any", SimpleNamespace(lag_s=lag_s))
+    above = cup.at(foreseen_s, LEVER_M)[0] + [0.02, 0.0, 0.15]
+    pose = dataclasses.replace(ball((0.0, 0.0)), t_s=foreseen_s, position_m=above)
+
+    def over(s: float) -> float:
+        return float(above[2] - 2.0 * s - 0.5 * 9.81 * s**2 - cup.at(foreseen_s + s - lag_s, LEVER_M)[0][2])
+
+    motion.follow(pose)
+    motion.next()
+    assert motion._catch_s == pytest.approx(foreseen_s + brentq(over, 0.0, 0.3) - lag_s, abs=1e-6)
 
 
 def test_no_ball_is_followed_before_the_time_from_which_it_may_be() -> None:

@@ -39,6 +39,9 @@ def test_a_swing_is_thinned_by_cubics(count):
     cubic = np.polynomial.Polynomial([1.0, -2.0, 0.5, 3.0], [0, count - 1])
     seen, wanted = cubic(np.arange(count)), cubic(np.linspace(0, count - 1, len(first)))
     assert (weights * seen[first]).sum(axis=1) == pytest.approx(wanted, abs=1e-9)
+    off = np.abs(first.mean(axis=1) - np.linspace(0, count - 1, len(first)))
+    assert off[1:-1].max() < 1.0, "by the four samples about it"
+    assert off.max() <= 1.5
 
 
 def test_more_passes_of_lwr_come_closer():
@@ -61,7 +64,10 @@ def test_a_primitives_own_motion_gives_its_weights_back():
 @pytest.mark.parametrize("regression", ["position", "lwr"])
 def test_a_swing_cut_while_it_moves_keeps_the_velocities_of_its_ends(regression):
     t = np.arange(0.6, 1.4, 0.01)
-    plan = encode_demonstrations([Demonstration("cut", t, path(t))], settings(regression=regression))
+    chosen = settings(regression=regression)
+    made = encode(prepare([Demonstration("cut", t, path(t))], chosen), chosen)
+    assert made.parameters.origin_m == pytest.approx(0.0, abs=1e-3)
+    plan = made.average()
     for at, found in ((t[0], plan.start_velocity_m_s), (t[-1], plan.goal_velocity_m_s)):
         truth = (path(np.array([at + 1e-4])) - path(np.array([at - 1e-4])))[0] / 2e-4
         assert np.abs(found - truth).max() < 0.02
