@@ -100,27 +100,28 @@ def _way(speed: float) -> float:
     return speed**2 / (2 * HARD) + HARD * LONG**2 / 8 if speed > HARD * LONG / 2 else speed * LONG / 2
 
 
-def _excess(q0: float, v0: float, q1: float, v1: float) -> float:
-    """How far the cubic between two states passes a limit at most, each in its own unit; negative within them all."""
-    square = LONG * np.array([v0, v1])
-    cubic = np.polynomial.Polynomial(
-        [q0, square[0], 3 * (q1 - q0) - 2 * square[0] - square[1], 2 * (q0 - q1) + square.sum()]
-    )
+def _cubic(q0: float, v0: float, q1: float, v1: float) -> tuple[np.polynomial.Polynomial, Array]:
+    """The cubic between two states over u from 0 to 1, and where it, its slope and its bend may be extreme."""
+    a, b = LONG * v0, LONG * v1
+    cubic = np.polynomial.Polynomial([q0, a, 3 * (q1 - q0) - 2 * a - b, 2 * (q0 - q1) + a + b])
     inner = [0.0, 1.0]
     for curve in (cubic.deriv(), cubic.deriv(2)):
         roots = np.asarray(curve.roots(), dtype=complex)
         inner += [root.real for root in roots.tolist() if abs(root.imag) < 1e-12 and 0 < root.real < 1]
-    at = np.array(inner)
+    return cubic, np.array(inner)
+
+
+def _past_stops(q0: float, v0: float, q1: float, v1: float) -> float:
+    """How far the cubic, or the way on which its end brakes, passes a stop; negative between them."""
+    cubic, at = _cubic(q0, v0, q1, v1)
+    return float(max(np.abs(cubic(at)).max(), q1 + _way(v1), -q1 + _way(-v1)) - STOP)
+
+
+def _excess(q0: float, v0: float, q1: float, v1: float) -> float:
+    """How far the cubic between two states passes a limit at most, each in its own unit; negative within them all."""
+    cubic, at = _cubic(q0, v0, q1, v1)
     speed, change = cubic.deriv()(at) / LONG, cubic.deriv(2)(at) / LONG**2
-    ends = q1 + _way(v1), -q1 + _way(-v1)
-    return float(
-        max(
-            np.abs(cubic(at)).max() - STOP,
-            np.abs(speed).max() - QUICK,
-            np.abs(change).max() - HARD,
-            *np.array(ends) - STOP,
-        )
-    )
+    return float(max(_past_stops(q0, v0, q1, v1), np.abs(speed).max() - QUICK, np.abs(change).max() - HARD))
 
 
 def _states(rng: np.random.Generator) -> tuple[float, float]:
@@ -142,6 +143,21 @@ def test_a_cubic_is_within_the_limits_where_its_extremes_are_and_it_ends_with_ro
             seen.append(excess < 0)
             assert drive_kernel._within(q0, v0, q1, v1, ROWS, LONG, 0) == (excess < 0)
     assert 0.2 < np.mean(seen) < 0.8
+
+
+def test_a_cubic_of_any_bend_keeps_the_stops_where_its_own_extremes_do() -> None:
+    rng, seen, inside = np.random.default_rng(5), [], 0
+    for _ in range(1500):
+        side = rng.choice([-1.0, 1.0])
+        q0, q1 = side * (STOP - rng.exponential(0.01, 2))
+        v0, v1 = side * rng.normal(0, [2.0, 1.0])
+        past = _past_stops(q0, v0, q1, v1)
+        if abs(past) > 1e-9:
+            seen.append(past < 0)
+            inside += past > 0 > max(abs(q0), abs(q1), q1 + _way(v1), -q1 + _way(-v1)) - STOP
+            assert drive_kernel._keeps_stops(q0, v0, q1, v1, ROWS, LONG, 0) == (past < 0)
+    assert 0.1 < np.mean(seen) < 0.9
+    assert inside > 50, "some pass a stop between their ends alone"
 
 
 def test_the_fastest_speed_after_a_period_uses_all_room_to_brake() -> None:
