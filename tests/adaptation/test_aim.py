@@ -65,6 +65,15 @@ def test_from_the_first_catch_on_residuals_are_averaged_but_for_those_of_far_mis
     assert predicted(PATH, aim)[1] == pytest.approx(0.0, abs=1e-12)
 
 
+def test_near_misses_alone_are_averaged_and_far_ones_alone_count_by_the_last() -> None:
+    near = next_aim(PATH, played([(0.05, 0.0), (0.06, 0.02), (0.04, 0.01)]), MOUTH_M)
+    far = next_aim(PATH, [AimedRollout(Aim(0.0), True, (0.3, 0.0)), AimedRollout(Aim(0.1), True, (0.2, 0.0))], MOUTH_M)
+    assert near is not None
+    assert far is not None
+    assert predicted(PATH, near) == pytest.approx((-0.05, -0.01))
+    assert predicted(PATH, far) == pytest.approx((-0.1, 0.0))
+
+
 def test_where_the_path_acts_otherwise_than_modelled_the_secant_leads_to_the_catch() -> None:
     """A step of full size overshoots to as large a miss on the other side, for ever; the secant does not."""
     wide = AimPath((-2.0, 0.0, 2.0), ((-1.0,), (0.0,), (1.0,)), 0.0, (-0.9, -0.8))
