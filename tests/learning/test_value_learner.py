@@ -71,3 +71,15 @@ def test_a_learner_hands_over_what_its_setting_says(acting: str) -> None:
     assert np.ptp(tables, axis=0).max() > 0.0
     expected = tables[-1] if acting == "latest" else np.mean(tables, axis=0)
     np.testing.assert_allclose(learner.policy.array("q"), expected, rtol=0, atol=1e-12)
+
+
+def test_the_step_size_fades_with_the_rollouts_and_is_zero_while_frozen() -> None:
+    learner = SarsaLearner(learn_settings(alpha=0.5, alpha_decay_rollouts=10))
+    steps = []
+    for outcome in ["timeout", "goal", *["goal"] * 10, "timeout", "goal"]:
+        learner.begin_rollout(np.random.default_rng(0))
+        steps.append(learner._alpha)
+        learner.act(SwingState(0.0, 0.0, 0.0, 0.0), 0.0)
+        learner.end_rollout(outcome, SwingState(0.0, 0.0, 0.0, 0.0))  # type: ignore[arg-type]
+    # the first two explore, ten successes freeze the table, a failure goes on with it
+    assert steps == pytest.approx([*(0.5 / (1 + k / 10) for k in range(12)), 0.0, 0.5 / 2.3])
