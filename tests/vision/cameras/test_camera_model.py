@@ -1,3 +1,5 @@
+import dataclasses
+
 import cv2
 import numpy as np
 import pytest
@@ -56,3 +58,17 @@ def test_a_mirrored_pose_is_refused():
             "left", 640, 480, camera.focal_px, camera.center_px, camera.distortion,
             np.diag([1.0, 1.0, -1.0]) @ camera.world_to_camera, camera.position_in_world_m,
         )  # fmt: skip
+
+
+def test_rows_are_exposed_one_after_another_about_the_frame_s_time_and_a_carried_camera_sees_as_its_link_moves():
+    camera = dataclasses.replace(stereo()[0], readout_s=0.024)
+    found = camera.exposed_s([1.0, 2.0, 3.0], [[5.0, 0.0], [9.0, 239.5], [7.0, 479.0]])
+    assert found == pytest.approx([1.0 - 239.5 * 50e-6, 2.0, 3.0 + 239.5 * 50e-6])  # 24 ms over 480 rows
+    turn, shift = cv2.Rodrigues(np.array([0.3, -0.2, 0.5]))[0], np.array([0.4, -0.1, 0.2])
+    points = points_in_view(np.random.default_rng(9), 20)
+    carried = dataclasses.replace(camera, link="tool").carried(turn, shift)
+    assert carried.link is None
+    assert carried.project(points @ turn.T + shift) == pytest.approx(camera.project(points), abs=1e-6)
+    assert carried.depth_m(points @ turn.T + shift) == pytest.approx(camera.depth_m(points))
+    at = points[0] @ turn.T + shift
+    assert carried.size_px(at, 0.02) == pytest.approx(600 * 0.02 / camera.depth_m(points[:1])[0])
