@@ -75,6 +75,17 @@ def test_the_least_sigma_adds_to_the_covariance_and_few_rays_are_enough_where_th
             assert found.score == 6 / DIRECTIONS
 
 
+def test_a_circle_through_given_points_is_least_squares_with_its_covariance():
+    rng, every = np.random.default_rng(4), np.ones(DIRECTIONS, bool)
+    reach = 11.0 + RAYS @ [0.2, -0.1] + 0.05 * rng.standard_normal(DIRECTIONS)
+    found = FIT._fit(Disc(np.array([50.0, 40.0]), 11.0), reach, every)
+    design = np.column_stack([RAYS, np.ones(DIRECTIONS)])
+    circle, square, _, _ = np.linalg.lstsq(design, reach, rcond=None)
+    covariance = np.linalg.inv(design.T @ design)[:2, :2] * square / (DIRECTIONS - 3) + 0.01**2 * np.eye(2)
+    assert (*found.centre_px - [50.0, 40.0], found.radius_px) == pytest.approx(circle)
+    assert found.covariance_px2 == pytest.approx(covariance, abs=1e-12)
+
+
 def test_rays_read_the_image_between_its_pixels_and_those_that_leave_it_are_told():
     """An image whose colours are its columns and rows reads as the rays' own points."""
     y, x = np.mgrid[:80, :100]
