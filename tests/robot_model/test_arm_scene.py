@@ -197,7 +197,11 @@ def test_shapes_have_the_sizes_and_poses_of_the_description(tmp_path: Path) -> N
     }
     origin = '<collision><origin xyz="0.1 -0.2 0.3" rpy="0.3 -0.4 0.5"/><geometry>'
     shapes = [f"{origin}{kind}</geometry></collision>" for kind in kinds.values()]
-    rod, ball, mesh = _links(tmp_path, *shapes)
+    packed = f'<mesh filename="package://{tmp_path.name}/one.stl"/>'
+    shapes.append(f"<collision><geometry>{packed}</geometry></collision>")  # without an origin, and named by a package
+    rod, ball, mesh, bare = _links(tmp_path, *shapes)
+    assert np.array(bare.vertices_m)[np.array(bare.triangles)[0]] == pytest.approx(corners[0])
+    assert (*bare.position_m, *bare.rotation_wxyz) == pytest.approx((0, 0, 0, 1, 0, 0, 0))
     assert [one.kind for one in (rod, ball, mesh)] == list(kinds)
     assert (tuple(rod.size_m), tuple(ball.size_m)) == ((0.4, 0.4, 0.5), (0.6, 0.6, 0.6))
     vertices = np.array(mesh.vertices_m)[np.array(mesh.triangles)[0]]

@@ -28,6 +28,7 @@ def test_staves_close_to_a_ring_about_a_floor_and_weigh_as_a_thin_tube(name: str
         rotation, center = pose.rotation(), pose.translation()
         inner = center - rotation[:, 0] * deep / 2
         assert np.hypot(*inner[:2]) == pytest.approx(cup.radius_m)
+        assert rotation @ rotation.T == pytest.approx(np.eye(3))
         assert abs(np.cross(rotation[:, 0], inner / np.linalg.norm(inner[:2]))[2]) < 1e-9, "it faces the axis"
         assert (center[2] - high / 2, center[2] + high / 2) == pytest.approx((cup.floor_m, cup.rim_m))
         outer = center + rotation[:, 0] * deep / 2
@@ -35,10 +36,10 @@ def test_staves_close_to_a_ring_about_a_floor_and_weigh_as_a_thin_tube(name: str
         corners += [(outer + side * rotation[:, 1] * wide / 2)[:2] for side in (-1, 1)]
     # the left corner of each stave is the right one of the next
     assert np.roll(corners[1::2], 1, axis=0) == pytest.approx(np.array(corners[::2]), abs=1e-9)
-    parts = [(shape.getRadius(), shape.getHeight(), pose.translation()[2]) for shape, pose in rounds]
-    expected = [(cup.radius_m, cup.wall_m, cup.floor_m + cup.wall_m / 2)]
+    parts = [(shape.getRadius(), shape.getHeight(), *pose.translation()) for shape, pose in rounds]
+    expected = [(cup.radius_m, cup.wall_m, 0.0, 0.0, cup.floor_m + cup.wall_m / 2)]
     if name == "handle":
-        expected.append((cup.tie.radius_m, cup.floor_m, cup.floor_m / 2))
+        expected.append((cup.tie.radius_m, cup.floor_m, 0.0, 0.0, cup.floor_m / 2))
     assert np.array(parts) == pytest.approx(np.array(expected))
     turn, height = np.meshgrid(np.arange(64) * math.pi / 32, (np.arange(400) + 0.5) / 400 * cup.depth_m + cup.floor_m)
     points = np.column_stack([cup.radius_m * np.cos(turn.ravel()), cup.radius_m * np.sin(turn.ravel()), height.ravel()])
