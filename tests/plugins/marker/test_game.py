@@ -43,7 +43,7 @@ def write_films(folder: Path, count: int = 3, rate_hz: float = 60.0) -> None:
 @pytest.mark.timeout(1800)
 def test_a_film_of_a_marker_becomes_ten_games(tmp_path: Path) -> None:
     write_films(tmp_path / "films")
-    command = [sys.executable, "-m", "kendama_cli.cli.main", "run", "--json", *OVERRIDES]
+    command = [sys.executable, "-m", "kendama_cli.cli.main", "run", "--json", "--thorough", *OVERRIDES]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     told: dict[str, dict[str, Any]] = {one["name"]: one["metrics"] for one in json.loads(done.stdout)["stages"]}

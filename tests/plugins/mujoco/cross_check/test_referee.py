@@ -261,9 +261,8 @@ def test_on_the_shipped_demonstrations_the_referee_catches_too(tmp_path: Path) -
         command = [sys.executable, "-m", "kendama_cli.cli.main", "--home", str(tmp_path), *words]
         return subprocess.run(command, check=True, capture_output=True, text=True, cwd=tmp_path).stdout
 
-    kendama(
-        "run", "-p", "imitation", "seed=10000", "adapt.repeats=8", "adapt.tau_range=[1.1,1.2]", "adapt.tau_start=1.143"
-    )
+    settings = ("seed=10000", "adapt.repeats=8", "adapt.tau_range=[1.1,1.2]", "adapt.tau_start=1.143")
+    kendama("run", "-p", "imitation", "--thorough", *settings)
     document = json.loads(kendama("cross-check", "--json"))
     assert set(document) == {"games", "caught_rate", "agreement_mm_p50", "agreement_slack_mm_p50"}
     assert [game["stage"] for game in document["games"]] == ["adapt"] * 8
