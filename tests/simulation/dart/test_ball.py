@@ -63,15 +63,16 @@ def test_a_ball_hangs_on_a_rope_that_its_weight_stretches_and_stays(tie: SideTie
         turn = math.radians(50.0)
         knot = np.array([cup.outer_radius_m * math.cos(turn), cup.outer_radius_m * math.sin(turn), cup.rim_m - 0.02])
     for start in (0.0, 0.1):
-        errors = WorldErrors(rope_scale=1.1, mass_scale=2.0, ball_start_m=start)
+        errors = WorldErrors(rope_scale=1.1, mass_scale=2.0, ball_start_m=start, ball_start_y_m=start / 2)
         world = _world(errors, game)
         ball, length = world.ball, 1.1 * game.rope.length_m + 2 * GAME.ball.mass_kg * G / game.rope.stiffness_n_m
         pose = world.body.cup.getWorldTransform()
         way = ball.position_m - (pose.translation() + pose.rotation() @ knot)
-        assert way == pytest.approx([start, 0.0, -math.sqrt(length**2 - start**2)], abs=1e-9)
+        assert way == pytest.approx([start, start / 2, -math.sqrt(length**2 - 1.25 * start**2)], abs=1e-9)
         assert ball.rope_m == pytest.approx(1.1 * game.rope.length_m)
         assert ball.tension_n == pytest.approx(2 * GAME.ball.mass_kg * G)
-        assert ball.pulled[:3] == pytest.approx([0.0, 0.0, ball.tension_n])
+        tension = ball.tension_n
+        assert ball.pulled[:7] == pytest.approx([0.0, 0.0, tension, tension, 0.0, 0.0, -tension])
         assert not ball.velocity_m_s.any()
     if tie is None:
         world = _world(WorldErrors())
