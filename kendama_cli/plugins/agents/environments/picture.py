@@ -30,6 +30,10 @@ class Painter:
         self.game, self._half_width_m = game, half_width_m
         self._window: Any = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the state without the window, which is this process's own."""
+        return vars(self) | {"_window": None}
+
     def paint(self, x_m: float, across_m: float, above_m: float) -> Picture:
         """Return the picture (480, 640, 3), RGB, of a cup at ``x_m`` with the ball so far from its tie point."""
         cup, picture = self.game.cup, np.full((HEIGHT_PX, WIDTH_PX, 3), GROUND, np.uint8)

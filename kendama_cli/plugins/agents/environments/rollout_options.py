@@ -1,4 +1,4 @@
-"""Options of ``reset(options=...)``, and the rollout that waits for the next action."""
+"""Options of ``reset(options=...)``, and the rollout that waits for the next action and can be pickled meanwhile."""
 
 from __future__ import annotations
 
@@ -106,12 +106,19 @@ def _number(name: str, value: Any, minimum: float, maximum: float) -> float:
 
 
 class RolloutUnderWay:
-    """The rollouts of one environment, one at a time, from inside out."""
+    """The rollouts of one environment, one at a time, from inside out.
+
+    Neither an engine nor a generator can be pickled. All that is random in a rollout is drawn before it begins, so that
+    the answers that it was given lead another engine to the same state: they are what is kept.
+    """
 
     def __init__(self, settings: LearnSettings, game: GameSettings) -> None:
         """Raise ConfigError as SwingUpEnvironment does."""
         self._settings, self._game = settings, game
         self._environment = SwingUpEnvironment(settings, game)
+        self._noise: RolloutNoise | None = None
+        self._goal: GoalSettings | None = None
+        self._answers: list[tuple[float, float]] = []
         self._rolling: Rolling | None = None
 
     @property
@@ -125,6 +132,7 @@ class RolloutUnderWay:
         """Return the first reading and its time [s] in ``game``; ``goal`` takes the place of the settings'."""
         if game != self._game:
             self._game, self._environment = game, SwingUpEnvironment(self._settings, game)
+        self._noise, self._goal, self._answers = noise, goal, []
         environment = self._environment if goal is None else self._environment.aimed(goal)
         self._rolling = environment.rolling(noise)
         return next(self._rolling)
@@ -134,8 +142,9 @@ class RolloutUnderWay:
         rollout.
         """
         assert self._rolling is not None
+        self._answers.append((wanted_m_s2, until_s))
         try:
-            return self._rolling.send((wanted_m_s2, until_s))
+            return self._rolling.send(self._answers[-1])
         except StopIteration:
             self._rolling = None
             raise
@@ -147,3 +156,20 @@ class RolloutUnderWay:
     def places(self) -> tuple[float, float, float]:
         """See SwingUpEnvironment."""
         return self._environment.places()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return all but the engine and the rollout in it."""
+        return {name: value for name, value in vars(self).items() if name not in ("_environment", "_rolling")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Open another engine, and give it the same answers."""
+        noise, answers = state["_noise"], state["_answers"]
+        vars(self).update(vars(RolloutUnderWay(state["_settings"], state["_game"])))
+        if noise is None:
+            return
+        self.begin(noise, self._game, state["_goal"])
+        for one in answers:
+            try:
+                self.answer(*one)
+            except StopIteration:
+                break
