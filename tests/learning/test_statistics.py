@@ -28,6 +28,10 @@ def test_exploring_rollouts_are_counted_but_neither_add_to_a_streak_nor_break_it
     assert counted("e" * 20).rollouts == 20
 
 
+def test_exploring_rollouts_in_a_row_are_counted_up_to_the_next_greedy_one():
+    assert [counted(results).explored_in_a_row for results in ("eee", "eeg", "eege")] == [3, 0, 1]
+
+
 def test_the_figure_stands_whatever_comes_later():
     assert counted("f" + "g" * 10 + "fff" + "g" * 12).learned_at == 2
 
