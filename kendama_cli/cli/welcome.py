@@ -21,7 +21,8 @@ def welcome(site: Site) -> None:
     for command, what in _steps(names, recordings):
         render.text(f"  {command}\n      {what}")
     runs = f"{len(names)} run{'s' * (len(names) != 1)}" if names else "no runs yet"
-    render.text(f"\nhome: {site.home} ({runs}); all commands: kendama --help")
+    render.text("")
+    render.prose(f"home: {render.short(site.home)} ({runs}); all commands: kendama --help")
 
 
 def _steps(names: list[str], recordings: list[str]) -> list[tuple[str, str]]:
