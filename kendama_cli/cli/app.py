@@ -104,7 +104,7 @@ def run(
 ) -> int:
     """Run a pipeline; what is cached is not computed again.
 
-    Example: kendama run -p imitation robot=ur5
+    Example: kendama run -p imitation robot=iiwa
     """
     began_s = time.time()
     from kendama_cli.cli.run_work import run_pipeline

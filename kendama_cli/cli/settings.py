@@ -31,7 +31,7 @@ def config(
 ) -> None:
     """Print the configuration as YAML: all of it, or a key or group.
 
-    Example: kendama config learn robot=ur5
+    Example: kendama config learn robot=iiwa
     """
     site = find_site(home, config_dir)
     if migrate is not None:

@@ -34,7 +34,7 @@ def _steps(names: list[str], recordings: list[str]) -> list[tuple[str, str]]:
             ("kendama run -p imitation", "the same with the bundled swings"),
         ]
     if names:
-        other = ("kendama run robot=ur5", "the same on another arm; finished stages are cached")
+        other = ("kendama run robot=iiwa", "the same on another arm; finished stages are cached")
         return [
             ("kendama report", f"the page of the newest run, {run_number(names[-1])}"),
             ("kendama runs", "all runs with their metrics"),

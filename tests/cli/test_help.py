@@ -73,7 +73,7 @@ def test_kendama_alone_names_three_steps_that_fit_the_folder(
     (tmp_path / ".kendama/runs/00007-abcdef.json").write_text("{}")
     assert steps() == ["kendama report", "kendama runs", "kendama plan 'capture.path=my swing.csv'"]
     (tmp_path / "my swing.csv").unlink()
-    assert steps() == ["kendama report", "kendama runs", "kendama run robot=ur5"]
+    assert steps() == ["kendama report", "kendama runs", "kendama run robot=iiwa"]
     assert "the newest run, 7" in kendama(capsys)[1]
 
 

@@ -16,7 +16,7 @@ def robot_describe(
 ) -> int:
     """Show what is read of a robot's description: joints, tip, limits and their sources, what is assumed or missing.
 
-    Example: kendama robot describe robot=ur5
+    Example: kendama robot describe robot=iiwa
     """
     from kendama_cli.plugins.arms.describe import describe  # dartpy
 
@@ -32,7 +32,7 @@ def robot_check(
 ) -> int:
     """Check the imitated swing against limits, stops, gaps, table and workspace, with margins; nothing moves.
 
-    Example: kendama robot check robot=ur5
+    Example: kendama robot check robot=iiwa
     """
     from kendama_cli.plugins.arms.check import check  # dartpy and compiled code
 
