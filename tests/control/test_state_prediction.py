@@ -108,14 +108,15 @@ def _succeeded(table: Any, delay_n: int) -> float:
 
 @pytest.mark.slow
 def test_a_table_learned_without_delay_swings_up_with_fifty_milliseconds_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 12 tables (seeds 0..3 and 10000..10007): 0.93 with the prediction, 0.59 blind to the delay, 0.99 without one.
+    """Of 36 tables (seeds 0..3, 10000..10007, 12000..12023): 0.95 with the prediction, 0.72 blind to the delay.
 
-    The four here: 0.82 and 0.43.
+    The sixteen here: 0.90 and 0.67; those of seeds 0, 2 and 3 are the worst of all: 0.13, 0.73 and 0.47.
     """
-    tables = [learned(make_runner(noise_m=0.0005), seed).policy for seed in (0, 1, 2, 3)]
-    assert np.mean([_succeeded(table, 12) for table in tables]) >= 0.75
+    tables = [learned(make_runner(noise_m=0.0005), seed).policy for seed in (*range(4), *range(12000, 12012))]
+    predicting = np.mean([_succeeded(table, 12) for table in tables])
+    assert predicting >= 0.85
     monkeypatch.setattr(cup_cart, "predict_state", lambda state, *_, **__: state)
-    assert np.mean([_succeeded(table, 12) for table in tables]) < 0.7, "without the prediction they do not"
+    assert np.mean([_succeeded(table, 12) for table in tables]) < predicting - 0.1, "without the prediction fewer do"
 
 
 @pytest.mark.parametrize("delay_n", [0, 5, 10])
