@@ -99,8 +99,8 @@ def another_package(toy: ToyProject) -> None:
 
 
 def shadow(toy: ToyProject) -> None:
-    (toy.folder / "conf/game").mkdir(parents=True)
-    (toy.folder / "conf/game/kendama.yaml").write_text("a: [broken\n")
+    (toy.folder / "conf/store").mkdir(parents=True)
+    (toy.folder / "conf/store/home.yaml").write_text("a: [broken\n")
 
 
 CHANGES: list[tuple[str, Callable[[ToyProject], None], list[str]]] = [
@@ -187,7 +187,7 @@ def test_another_folder_variable_or_option_is_another_question(idle: ToyProject,
     assert not run(idle, "--home", str(idle.home), folder=deeper)[0]
     shadow(idle)
     wrong = idle.kendama("run", "-p", "toy", expect=2)
-    assert "kendama.yaml" in wrong.stderr, "a file that comes before the bundled one was not looked at"
+    assert "home.yaml" in wrong.stderr, "a file that comes before the bundled one was not looked at"
 
 
 @pytest.mark.slow
