@@ -92,7 +92,7 @@ def test_motions_have_the_models_gains_and_shifts_that_the_arm_can_do(motions: A
 
 @pytest.mark.parametrize("played", [0, 7])
 def test_where_aims_fail_cma_es_searches_about_the_best_of_them(motions: AimedMotions, played: int) -> None:
-    """Its proposals are in spreads of bumps and goal; after seven costs the second of its second generation."""
+    """Proposals are in spreads of bumps and goal; after seven costs the second of its second generation."""
     aimed = [AimedRollout(Aim(0.1 * k, (0.02, 0.01 * k)), False, (0.3 - 0.1 * k * (2 - k), 0.05)) for k in range(3)]
     costs = [1.0 + 0.1 * k for k in range(played)]
     generation, dimension = POLICY.generation, len(motions.path.parameters[0])

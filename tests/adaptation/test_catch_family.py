@@ -85,7 +85,7 @@ def test_a_coordinate_that_the_motion_has_not_is_not_bent(plan: MotionPlan) -> N
 
 
 def test_weights_that_displace_a_path_are_the_least_squares_of_what_each_moves(plan: MotionPlan) -> None:
-    """By numpy's, from 21 played motions: one with a moved goal and one for each weight."""
+    """Weights by numpy's least squares, from 21 played motions: one with a moved goal and one for each weight."""
     plan = dataclasses.replace(plan, tau_scale=1.2)
     desired, goal = np.vstack((np.sin(4 * PHASE), PHASE**2)), np.array([0.7, 1.3])
     t_s = PHASE * 1.2 * plan.duration_s

@@ -376,7 +376,7 @@ def test_balls_that_jumped_out_and_balls_that_never_came_down_are_lost() -> None
 
 
 def test_expected_success_is_scipys_kernel_estimate() -> None:
-    """Of twelve perturbed simulations, of which one ball never came down and one was lost within the mouth."""
+    """Twelve perturbed simulations: one ball never came down and one was lost within the mouth."""
     rng = np.random.default_rng(10015)
     for spread_m in (0.001, 0.02, 0.05):
         misses = 0.02 + spread_m * rng.standard_t(2, 10)  # long tails: quartiles tell less of a spread

@@ -73,7 +73,7 @@ def test_without_a_share_the_cup_stays_upright_and_it_is_told(arm):
 def test_quarters_of_the_wanted_share_are_left_out_until_the_arm_can_do_it(
     monkeypatch: pytest.MonkeyPatch, allowed: float, played: float
 ) -> None:
-    """Of an arm that can turn the cup by so large a share of 0.6 rad, where 0.8 of the turn is wanted."""
+    """Arm that can turn the cup by so large a share of 0.6 rad, where 0.8 of the turn is wanted."""
     one, settings = plan(0.6, [0.0, 1.0, 0.0]), dataclasses.replace(SHIPPED, tilt_fraction=0.8)
     most = np.abs(one.turn.weights).max()
 

@@ -101,7 +101,7 @@ def test_nothing_outside_the_range_is_tried() -> None:
 
 @pytest.mark.parametrize("start", [1.0, 0.843, 1.2])
 def test_the_grid_is_visited_from_the_start_outwards(start: float) -> None:
-    """Of the points in the range the nearest to the start that is half a step from all trials; the higher one first."""
+    """The point of the range nearest to the start that is half a step from all trials; the higher one first."""
     where, rng = dataclasses.replace(WHERE, start=start), np.random.default_rng(10007)
     points = [k for k in range(-40, 41) if k and 0.8 - 1e-9 <= start + 0.02 * k <= 1.2 + 1e-9]
     points.sort(key=lambda k: (abs(k), -k))
@@ -129,7 +129,7 @@ def test_the_grid_is_visited_from_the_start_outwards(start: float) -> None:
 def test_the_centre_of_a_stretch_within_the_mouth_is_tried_next(
     misses: dict[float, float | None], centre: float | None
 ) -> None:
-    """Of 30 mm, where the curve through the misses is zero; else the grid is next."""
+    """A shift of 30 mm is tried where the curve through the misses is zero; else the grid is next."""
     trials = [TauTrial(tau, miss, abs(miss or 1.0) < 0.03) for tau, miss in misses.items()]
     wanted = next_grid_tau(trials, WHERE) if centre is None else pytest.approx(centre, abs=0.0006)
     assert next_window_tau(trials, WHERE, 0.03) == wanted

@@ -54,7 +54,7 @@ def cubic_m_s2(t_s: float, end_s: float, target_m: float, speed_m_s: float, cart
 
 @pytest.mark.parametrize("tracked", [True, False])
 def test_until_the_ball_is_seen_it_is_met_where_the_swing_ups_last_state_lands(tracked: bool) -> None:
-    """By the roots of its parabola; tracking is late in the swing-up, images are not."""
+    """Reference: the roots of its parabola; tracking is late in the swing-up, images are not."""
     controller, cart = begun(tracked=tracked)
     ball = GEOMETRY.flight.rope.ball(LAST.angle_rad, LAST.rate_rad_s)
     fall = max(np.roots([-0.5 * 9.81, ball.above_m_s, ball.above_m - GAME.cup.rim_m]))

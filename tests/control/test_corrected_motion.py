@@ -142,7 +142,7 @@ def test_the_cup_brakes_in_time_for_a_ball_that_flies_fast_to_the_side(
 
 
 def test_a_shift_is_bounded_by_where_it_would_stop_and_a_speed_by_the_way_that_is_left() -> None:
-    """On random states: with the speed v the cup stops v |v| / 2b farther on, within the circle and 10 um."""
+    """Random states: with the speed v the cup stops v |v| / 2b farther on, within the circle and 10 um."""
     rng, settings, kinds = np.random.default_rng(10008), ADAPT.correction, set()
     b, most = settings.braking_m_s2, settings.max_shift_m
 
@@ -197,7 +197,7 @@ def test_a_ball_may_be_foreseen_at_any_height_of_its_flight() -> None:
 def test_the_catch_is_when_the_ball_comes_down_to_the_cup_that_the_late_drive_then_has(
     foreseen_s: float, lag_s: float
 ) -> None:
-    """By the root of its height over the plan, which goes up and down here."""
+    """Reference: the root of its height over the plan, which goes up and down here."""
     cup = swing().cup
     motion = CorrectedMotion(cup, ADAPT.correction, RIM_M)
     for _ in range(round(foreseen_s / H) - 60):

@@ -1,4 +1,4 @@
-"""What observers of the flight make of tracked positions, period by period."""
+"""Estimates that observers of the flight make of tracked positions, period by period."""
 
 from __future__ import annotations
 

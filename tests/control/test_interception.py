@@ -10,7 +10,7 @@ from kendama_cli.control.interception import plan_interception
 
 
 def test_the_speed_is_the_nearest_that_both_accelerations_allow_or_else_the_first() -> None:
-    """By scipy's cubic, whose accelerations at both ends are linear in the final speed: many speeds tried out."""
+    """Reference: scipy's cubic, whose end accelerations are linear in the final speed: many speeds tried out."""
     rng, both = np.random.default_rng(10005), []
     for _ in range(100):
         v, way, wanted, left = *rng.normal(0, [1.0, 0.3, 1.0]), rng.uniform(0.1, 0.6)

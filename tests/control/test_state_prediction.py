@@ -108,7 +108,7 @@ def _succeeded(table: Any, delay_n: int) -> float:
 
 @pytest.mark.slow
 def test_a_table_learned_without_delay_swings_up_with_fifty_milliseconds_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 36 tables (seeds 0..3, 10000..10007, 12000..12023): 0.95 with the prediction, 0.72 blind to the delay.
+    """Tables, 36 (seeds 0..3, 10000..10007, 12000..12023): 0.95 with the prediction, 0.72 blind to the delay.
 
     The sixteen here: 0.90 and 0.67; those of seeds 0, 2 and 3 are the worst of all: 0.13, 0.73 and 0.47.
     """

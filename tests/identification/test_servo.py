@@ -186,7 +186,7 @@ def test_a_servo_has_changed_where_its_delay_has_by_more_than_is_uncertain(times
 
 
 def test_the_cup_sags_by_what_the_joints_give_under_the_arms_weight() -> None:
-    """To first order by the cup's Jacobian, here by differences of its position."""
+    """First order by the cup's Jacobian, here by differences of its position."""
     none, q = np.zeros(7), ARM.home_rad
     servo = ServoModel(ARM.joint_names, 0.0, none, none, none + 1e-6, none + 1e-5)
     give = 1e-6 * ARM.rigid_effort_nm(q, none, none) + 1e-5

@@ -38,7 +38,7 @@ def test_it_accelerates_by_the_missing_energy_against_the_swing_and_springs_to_t
 
 
 def test_it_brings_a_ball_to_the_energy_that_is_asked_for() -> None:
-    """Of a pendulum on a cup that accelerates so, phi'' = -(g sin phi + a cos phi) / l, without a spring; as far as
+    """Pendulum on a cup that accelerates so, phi'' = -(g sin phi + a cos phi) / l, without a spring; as far as
     its acceleration is held.
     """
     policy, _ = acting(EnergyPumpingSettings("energy_pumping", -0.2, 3.0, 0.0, 1.0, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""What an exploring rollout tries: a harmonic of its law, drawn and varied in the ranges that are set."""
+"""Actions that an exploring rollout tries: a harmonic of its law, drawn and varied in the ranges that are set."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_harmonics_are_drawn_evenly_from_their_ranges(drives: str, phase: str) -
 
 
 def test_a_varied_harmonic_is_spread_normally_and_farther_until_anything_succeeds() -> None:
-    """With a fixed scale the relative changes are normal; between two scales its logarithm is drawn evenly."""
+    """Relative changes of a fixed scale are normal; between two scales its logarithm is drawn evenly."""
     rng, begun = np.random.default_rng(10017), DrawnHarmonic(5.0, 3.0, 0.4)
     own = dataclasses.replace(LEARN.exploration, frequency_spread=0.1, amplitude_spread=0.2, spread_scales=(0.5, 8.0))
 

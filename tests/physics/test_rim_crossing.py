@@ -100,7 +100,7 @@ def test_a_ball_is_caught_whose_descent_led_into_the_mouth(miss, caught: bool) -
 
 @pytest.mark.parametrize("period_s", [0.004, 0.01, 0.021])
 def test_a_noisy_fall_is_fitted_over_its_last_part(period_s: float) -> None:
-    """By numpy's parabola through what is above the plane in the last FITTED_S, and straight on at its slope.
+    """Fall by numpy's parabola through what is above the plane in the last FITTED_S, and straight on at its slope.
 
     Of fewer than four samples by the straight line through the two about the plane.
     """

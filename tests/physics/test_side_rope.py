@@ -130,7 +130,7 @@ def ways_m(tie_m: float, ball: Point) -> dict[str, float]:
 
 
 def test_the_way_is_the_shortest_of_all_that_there_are() -> None:
-    """On random balls: around, behind the cup (where it may go across an end) and over the mouth."""
+    """Random balls: around, behind the cup (where it may go across an end) and over the mouth."""
     rng, kinds = np.random.default_rng(10002), set()
     lows, highs = (
         [[-0.3, -0.2, -0.25], [-0.3, -0.02, -0.05], [-R_M, -0.03, RIM_M]],

@@ -72,7 +72,7 @@ def test_the_cup_is_a_closed_surface_as_wide_and_high_as_the_cup() -> None:
 
 @pytest.mark.parametrize("name", ["floor", "handle"])
 def test_the_cup_s_solid_holds_the_volume_of_its_wall_floor_and_handle(name: str) -> None:
-    """By the divergence theorem, with the area of a polygon of 40 corners."""
+    """Volumes by the divergence theorem, with the area of a polygon of 40 corners."""
     cup = build(CupSettings, plain("game/cup", name), "cup")
     solid = cup_solid(cup)
     corners = np.array(solid.vertices_m)[np.array(solid.triangles)]

@@ -13,15 +13,15 @@ from kendama_cli.schema.arrays import Array
 from kendama_cli.vision.cameras.radial_lens import RadialLens
 
 MOST_RMS = 1.0 / 640
-"""Of the image's width: what all views of a flat board leave over at most."""
+"""Largest residual that all views of a flat board leave over, in parts of the image's width."""
 WORST_VIEW = 2.5
 """Times that: what one of them may leave, unless ..."""
 APART = 8.0
 """... the median view leaves an eighth of it or more."""
 TOGETHER = 3.0
-"""What cameras leave over together, beside what each leaves alone, where their views are of one moment."""
+"""Largest ratio of the residuals of cameras together to those of each alone, where their views are of one moment."""
 NOISE = 0.25
-"""Of ``MOST_RMS``: what may come on top of that."""
+"""Part of ``MOST_RMS`` that may come on top of that."""
 MIN_VIEWS = 4
 """Fewer leave the focal length and the board's distance to be mistaken for each other."""
 LEAST_TILT_DEG = 15.0

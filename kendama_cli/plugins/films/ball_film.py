@@ -27,7 +27,7 @@ LEAST_SUPPORT = 1.2
 """Score of all candidates on a motion; one alone, sure as it may be, is not enough."""
 SOLITARY = 0.9
 STILL_PART, STILL_FRAMES = 0.5, 200
-"""What is at one place, to a ball's radius, in this part of the images (so many of the film) stands still."""
+"""A detection at one place, to a ball's radius, in this part of the images (so many of the film) stands still."""
 MOVING_PART = 0.1
 """A ball that moves in this part of the film tells what else there is."""
 CANDIDATES = 6

@@ -33,7 +33,7 @@ from kendama_cli.plugins.shared.web.loopback import (
 ASSETS = {"boxes.css": "text/css", "boxes.js": "text/javascript"}
 STRANGER = "this address has expired or is not complete: open the one that kendama printed last"
 FAREWELL_S = 0.5
-"""So long the page may take its last answer."""
+"""Time for which the page may take its last answer."""
 
 
 class BoxPage:

@@ -25,7 +25,7 @@ EVERY_PX = 2
 """Every second pixel of the scaled image is asked: a third of the ball's radius."""
 SMOOTHED_PX = 1.0
 SEARCHED_RADII = 4.0
-"""With a hint the ball is searched within so many of its radii about the expected place."""
+"""Radii of the ball about the expected place within which it is searched, given a hint."""
 SIGMA_RADII = 0.15
 """Standard deviation of a peak's place, in ball radii: measured on films that taught the detector with 5 boxes."""
 LEAST_LOG_ODDS = -6.0

@@ -118,7 +118,7 @@ PROTOCOLS: Mapping[str, Protocol] = {
     "openigtlink": Protocol("OpenIGTLink", b"", _openigtlink),
     "vrpn": Protocol("VRPN", COOKIE, _vrpn),
 }
-"""By the value of ``capture.protocol``."""
+"""Readers by the value of ``capture.protocol``."""
 
 
 def open_mocap(settings: MocapCapture, tell: Tell) -> Sequence[RecordedDemonstrator]:

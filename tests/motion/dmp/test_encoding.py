@@ -100,7 +100,7 @@ def test_derivatives_are_those_of_savitzky_and_golay(samples: int, smoothing_s: 
 
 
 def test_the_force_of_a_primitives_motion_is_its_own():
-    """Of one that begins and ends moving."""
+    """The motion begins and ends moving."""
     t = np.arange(0.5, 1.2, 0.01)
     plan = encode_demonstrations([Demonstration("cut", t, path(t))], settings(width=(1.1,)))
     share = np.linspace(0, 0.99, 34)
@@ -126,7 +126,7 @@ def test_each_function_is_fitted_by_itself_to_what_the_pass_before_left():
 
 
 def test_the_best_width_is_taken_for_all_demonstrations_together():
-    """What plain weighting fits best is narrow; a wider basis, offered first, is passed over."""
+    """The basis that plain weighting fits best is narrow; a wider basis, offered first, is passed over."""
     wide, narrow, both = (
         settings(regression="lwr", width=one, passes=3) for one in ((2.0,), (0.65,), (2.0, 0.65, 1.5))
     )

@@ -30,7 +30,7 @@ def polynomials(*degrees: int) -> tuple[list[list[np.polynomial.Polynomial]], Ar
 @pytest.mark.parametrize("degrees", [(3, 3, 3), (5, 1, 1), (4, 2, 2)])
 @pytest.mark.parametrize("count", [2, 3, 7, 40])
 def test_sums_of_products_are_those_of_euler_and_maclaurin(degrees: tuple[int, int, int], count: int) -> None:
-    """As far as h^5 the series is exact where the product is of degree six."""
+    """The series is exact as far as h^5 where the product is of degree six."""
     made, rows, ends = polynomials(*degrees)
     exact = np.add.outer(degrees, degrees) <= 6
     share = np.linspace(0.0, 1.0, count)

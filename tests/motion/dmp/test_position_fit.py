@@ -202,7 +202,7 @@ def test_common_functions_solve_what_the_columns_do(width: float) -> None:
 def test_every_price_of_jerk_has_the_fit_the_freedom_and_the_score_of_ridge_regression(
     samples: int, functions: int, ends: Ends
 ) -> None:
-    """By numpy, with the miss of the goal as two more samples: n RSS / (n - trace of the hat matrix)^2."""
+    """Score by numpy, with the miss of the goal as two more samples: n RSS / (n - trace of the hat matrix)^2."""
     basis, rng = Basis(functions, 225.0, 1.0, 1.0), np.random.default_rng(10024)
     share = np.sort(np.append(rng.uniform(0, 1, samples - 2), [0.0, 1.0]))
     swings = path(2.0 * share)[:, :2].T * rng.uniform(0.5, 1.5, (3, 2, 1)) + rng.normal(0, 2e-3, (3, 2, samples))

@@ -205,7 +205,7 @@ def test_the_covariance_is_that_of_the_demonstrations_parameters(encoding: Encod
 
 
 def test_parameters_go_in_and_out(encoding: Encoding) -> None:
-    """Those of another swing make it that one; end velocities go as rates, so that it is the path that varies."""
+    """Parameters of another swing make it that one; end velocities go as rates, so that it is the path that varies."""
     one, other = encoding.plan(0), encoding.plan(1)
     other = dataclasses.replace(other, start_velocity_m_s=np.arange(3.0), goal_velocity_m_s=np.array([0.4, -1.0, 2.0]))
     made = with_parameters(one, parameters(other))

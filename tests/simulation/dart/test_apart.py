@@ -21,7 +21,7 @@ from tests.simulation.dart.compiled_arm import left_to_dart
 
 
 def watched(world: ArmWorld, *, always_held: bool = False) -> list[bool]:
-    """Whether each step was one of DART's; ``always_held``: all are, and it finds all friction."""
+    """True for each step that was one of DART's; ``always_held``: all are, and it finds all friction."""
     looked: list[bool] = []
     if always_held:
         left_to_dart(world)

@@ -112,13 +112,13 @@ def _cubic(q0: float, v0: float, q1: float, v1: float) -> tuple[np.polynomial.Po
 
 
 def _past_stops(q0: float, v0: float, q1: float, v1: float) -> float:
-    """How far the cubic, or the way on which its end brakes, passes a stop; negative between them."""
+    """Excess over a stop of the cubic, or of the way on which its end brakes; negative between them."""
     cubic, at = _cubic(q0, v0, q1, v1)
     return float(max(np.abs(cubic(at)).max(), q1 + _way(v1), -q1 + _way(-v1)) - STOP)
 
 
 def _excess(q0: float, v0: float, q1: float, v1: float) -> float:
-    """How far the cubic between two states passes a limit at most, each in its own unit; negative within them all."""
+    """Largest excess of the cubic between two states over each limit, in its own unit; negative within all."""
     cubic, at = _cubic(q0, v0, q1, v1)
     speed, change = cubic.deriv()(at) / LONG, cubic.deriv(2)(at) / LONG**2
     return float(max(_past_stops(q0, v0, q1, v1), np.abs(speed).max() - QUICK, np.abs(change).max() - HARD))
@@ -174,7 +174,7 @@ def test_the_fastest_speed_after_a_period_uses_all_room_to_brake() -> None:
 
 
 def _fhan(error: float, speed: float, top: float, h: float) -> float:
-    """As Han prints it (2009, equation 24), with signs in the place of cases."""
+    """The form that Han prints (2009, equation 24), with signs in the place of cases."""
     d = top * h**2
     a0 = h * speed
     y = error + a0
@@ -210,7 +210,7 @@ def test_a_reference_beyond_the_limits_is_approached_by_han_s_law_within_the_spe
 
 
 def test_the_state_that_is_sent_is_the_nearest_that_can_be_reached() -> None:
-    """Its speed by clipping; of the places that can be reached with that, on a fine grid, none is nearer."""
+    """Speed by clipping; of the places that can be reached with that, on a fine grid, none is nearer."""
     rng = np.random.default_rng(4)
     for _ in range(120):
         q0, v0 = _states(rng)

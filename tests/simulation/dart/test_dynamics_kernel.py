@@ -15,7 +15,7 @@ from tests.robot_model.random_chain import bias, inertia, jacobian, poses, rando
 from tests.simulation.dart.bench_robot import bench_arm, kendama_game, modelled
 
 EXACT = {"rel": 1e-7, "abs": 1e-7}
-"""Of the differences by which the referee finds the inertia's change."""
+"""Size of the differences by which the referee finds the inertia's change."""
 
 
 def _links(chain: Chain) -> np.ndarray:

@@ -47,7 +47,7 @@ def test_where_the_lens_folds_over_slopes_are_those_at_the_point_that_opencv_fin
 
 
 def test_a_sphere_s_centre_lies_off_its_disc_s_as_the_cone_about_it_is_cut():
-    """In the plane of the axis the disc reaches from tan(theta - alpha) to tan(theta + alpha)."""
+    """The disc, in the plane of the axis, reaches from tan(theta - alpha) to tan(theta + alpha)."""
     lens = RadialLens(500.0, 500.0, 320.0, 240.0, 0.0, 0.0, 0.0, 0.0)
     for theta, alpha, turn in ((0.4, 0.05, 0.3), (0.6, 0.02, 2.0), (0.1, 0.1, -1.0)):
         way = 500.0 * np.array([np.cos(turn), np.sin(turn)])

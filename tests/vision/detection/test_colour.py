@@ -49,7 +49,7 @@ def test_a_learned_table_is_looked_up_by_hue_and_saturation_where_it_is_bright_e
 
 @pytest.mark.parametrize("size", [(100, 140), (300, 400)])
 def test_patches_are_the_three_largest_of_the_colour_that_are_not_too_small_the_nearest_first_if_one_is_expected(size):
-    """In a large image every second pixel is looked at."""
+    """Every second pixel of a large image is looked at."""
     detector = ColourDetector(dataclasses.replace(predict().detector, min_radius_px=4.0))
     rows, columns = np.mgrid[: size[0], : size[1]]
     image = np.full((*size, 3), 90, np.uint8)

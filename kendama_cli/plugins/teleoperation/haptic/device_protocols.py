@@ -143,7 +143,7 @@ DEVICES: Mapping[str, Callable[[HapticCapture], DeviceProtocol]] = {
     "openigtlink": OpenIgtlinkDevice,
     "vrpn": VrpnDevice,
 }
-"""By the value of ``capture.protocol``."""
+"""Readers by the value of ``capture.protocol``."""
 
 
 class HapticLine(Generic[Said]):

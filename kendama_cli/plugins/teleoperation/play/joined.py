@@ -43,7 +43,7 @@ MOST_WAITING = 200
 HEADERS = {**loopback.HEADERS, "Content-Security-Policy": loopback.OWN_FILES}
 WRONG_TOKEN = "this address has expired or is not complete: open the one that 'kendama play' printed last"
 LAST_WORDS_S = 5.0
-"""So long the reason of an end waits for a device to ask."""
+"""Time for which the reason of an end waits for a device to ask."""
 
 
 class SensedHand(Protocol):
